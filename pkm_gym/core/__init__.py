@@ -1,0 +1,1 @@
+"""What all mechanisms share; imports no mechanism."""

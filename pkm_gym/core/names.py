@@ -1,0 +1,26 @@
+"""Unknown names are answered with the closest match."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def unknown(kind: str, name: object, known: Iterable[str]) -> str:
+    """Return the sentence that refuses ``name`` and offers what is known."""
+    names = sorted(known)
+    close = get_close_matches(str(name), names, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
+    return f"unknown {kind} {name!r}; {hint}"
+
+
+def check_known(kind: str, names: Iterable[object], known: Iterable[str]) -> None:
+    """Refuse the first of ``names`` that is not ``known``.
+
+    Raises:
+        ValueError: naming the unknown one and its closest match.
+    """
+    allowed = set(known)
+    for name in names:
+        if name not in allowed:
+            raise ValueError(unknown(kind, name, allowed))

@@ -1,0 +1,81 @@
+"""Reference: every number a paper prints, its verdict, and our verified value."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from typing import Any, Self
+
+from pkm_gym.core.names import unknown
+
+
+@dataclass(frozen=True)
+class Value:
+    """One printed number: where it stands, what we get, and how the two compare."""
+
+    name: str
+    symbol: str
+    unit: str
+    where: str
+    printed: float | None
+    ours: float
+    tolerance: float
+    verdict: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """A verified optimum, on the feasible side of its constraints."""
+
+    name: str
+    objective: str
+    value: float
+    tolerance: float
+    design: Mapping[str, float]
+    active: tuple[str, ...]
+    note: str = ""
+    fixed: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The content of a mechanism's paper.toml."""
+
+    paper: Mapping[str, str]
+    design: Mapping[str, float]
+    values: Mapping[str, Value]
+    optima: Mapping[str, Optimum]
+    data: Mapping[str, Any]
+
+    @classmethod
+    @cache
+    def load(cls, package: str) -> Self:
+        """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``."""
+        table = tomllib.loads(files(package).joinpath("paper.toml").read_text(encoding="utf-8"))
+        return cls(
+            paper=table.pop("paper"),
+            design=table.pop("design"),
+            values={
+                name: Value(name=name, **{"printed": None, **entry})
+                for name, entry in table.pop("values").items()
+            },
+            optima={
+                name: Optimum(name=name, **{**entry, "active": tuple(entry["active"])})
+                for name, entry in table.pop("optima").items()
+            },
+            data=table,
+        )
+
+    def __getitem__(self, name: str) -> Value:
+        """Return the printed number of that name.
+
+        Raises:
+            KeyError: with the closest match.
+        """
+        if name not in self.values:
+            raise KeyError(unknown("printed value", name, self.values))
+        return self.values[name]

@@ -1,0 +1,56 @@
+"""The 3-4-5 polynomial and the paths built from it."""
+
+from __future__ import annotations
+
+import math
+
+from pkm_gym.core.compile import kernel
+
+
+@kernel
+def polynomial_345(rho: float) -> tuple[float, float, float]:
+    """Return s, s', s'' of ``s = 10 rho^3 - 15 rho^4 + 6 rho^5``, at rest outside 0 <= rho <= 1."""
+    if rho <= 0.0:
+        return 0.0, 0.0, 0.0
+    if rho >= 1.0:
+        return 1.0, 0.0, 0.0
+    s = rho * rho * rho * (10.0 - 15.0 * rho + 6.0 * rho * rho)
+    rate = 30.0 * rho * rho * (1.0 - rho) * (1.0 - rho)
+    bend = 60.0 * rho * (1.0 - rho) * (1.0 - 2.0 * rho)
+    return s, rate, bend
+
+
+@kernel
+def pick_and_place_durations(
+    width: float, lift: float, time: float, overlap: float
+) -> tuple[float, float]:
+    """Return the durations (lift, traverse) of a cycle of total ``time``, seconds.
+
+    Durations go with the square roots of the lengths, so that both moves reach the same
+    acceleration; ``overlap`` is the share of the lift during which the traverse already runs.
+    """
+    k = math.sqrt(lift / width)
+    traverse = time / (1.0 + 2.0 * k * (1.0 - overlap))
+    return k * traverse, traverse
+
+
+@kernel
+def pick_and_place(
+    t: float, width: float, lift: float, time: float, overlap: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return x, y, vx, vy, ax, ay at time ``t`` of an up-across-down cycle.
+
+    Three overlapped 3-4-5 moves, from (-width/2, 0) over y = lift to (width/2, 0).
+    """
+    rise, traverse = pick_and_place_durations(width, lift, time, overlap)
+    across, across_v, across_a = polynomial_345((t - (1.0 - overlap) * rise) / traverse)
+    up, up_v, up_a = polynomial_345(t / rise)
+    down, down_v, down_a = polynomial_345((t - time + rise) / rise)
+    return (
+        width * (across - 0.5),
+        lift * (up - down),
+        width * across_v / traverse,
+        lift * (up_v - down_v) / rise,
+        width * across_a / traverse**2,
+        lift * (up_a - down_a) / rise**2,
+    )

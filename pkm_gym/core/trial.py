@@ -1,0 +1,68 @@
+"""What an Optuna trial is told of a design; Optuna itself is not imported here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pkm_gym.core.types import FloatArray
+
+if TYPE_CHECKING:
+    from pkm_gym.core.evaluation import Evaluation
+    from pkm_gym.core.problem import DesignProblem
+    from pkm_gym.core.task import Task
+
+
+def trial_values(evaluation: Evaluation) -> FloatArray:
+    """Return the values (n, k) of trials: objectives, made worse than any feasible one if not.
+
+    An infeasible design gets the objective's ``worst``, made worse by a bounded measure of its
+    violations, so that the best trial by value is the answer.
+    """
+    excess = np.maximum(evaluation.constraints, 0.0)
+    violation = (excess / (1.0 + excess)).sum(axis=1)
+    values = evaluation.objectives.copy()
+    for column, objective in enumerate(evaluation.problem.objectives):
+        sign = 1.0 if objective.direction == "minimise" else -1.0
+        penalised = objective.worst + sign * violation
+        values[:, column] = np.where(evaluation.feasible, values[:, column], penalised)
+    return values
+
+
+def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
+    """Return the user attributes of the trial of design i: indices, feasible, log merit."""
+    attributes: dict[str, Any] = {
+        name: float(values[i])
+        for name, values in evaluation.indices.items()
+        if np.isfinite(values[i])
+    }
+    attributes["feasible"] = bool(evaluation.feasible[i])
+    attributes["log_merit"] = float(evaluation.log_merit[i])
+    return attributes
+
+
+class TrialObjective:
+    """The objective of an Optuna study: ``study.optimize(problem.objective_for(task))``."""
+
+    def __init__(self, problem: DesignProblem, task: Task) -> None:
+        self.problem = problem
+        self.task = task
+
+    def suggest(self, trial: Any) -> FloatArray:
+        """Return the design (d,) that the trial's sampler proposes."""
+        return np.array(
+            [trial.suggest_float(v.name, v.low, v.high) for v in self.problem.variables]
+        )
+
+    def __call__(self, trial: Any) -> float | tuple[float, ...]:
+        """Evaluate what the trial suggests; set its constraints and user attributes."""
+        evaluation = self.problem.evaluate(self.suggest(trial)[None], self.task)
+        for name, value in zip(
+            self.problem.constraint_names, evaluation.constraints[0], strict=True
+        ):
+            trial.set_constraint(name, float(value))
+        for name, value in trial_attributes(evaluation, 0).items():
+            trial.set_user_attr(name, value)
+        values = tuple(map(float, trial_values(evaluation)[0]))
+        return values[0] if len(values) == 1 else values
