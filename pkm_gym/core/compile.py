@@ -30,6 +30,9 @@ from numba.core import event
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+config: Any = numba.config
+njit: Any = numba.njit
+
 # No "nnan" and no "ninf": a kernel may meet NaN and infinity and must answer for them.
 FLAGS = {"nsz", "contract", "reassoc", "arcp"}
 
@@ -73,8 +76,8 @@ def _load_tbb() -> bool:
 
 CACHE_FOLDER = _cache_folder()
 if "NUMBA_THREADING_LAYER" not in os.environ and _load_tbb():
-    numba.config.THREADING_LAYER = "tbb"
-_THREAD_SAFE = numba.config.THREADING_LAYER in ("tbb", "safe", "threadsafe", "omp")
+    config.THREADING_LAYER = "tbb"
+_THREAD_SAFE = config.THREADING_LAYER in ("tbb", "safe", "threadsafe", "omp")
 _turn = nullcontext() if _THREAD_SAFE else threading.Lock()
 
 
@@ -88,21 +91,23 @@ class _Announcer(event.Listener):
         module = event.data["dispatcher"].py_func.__module__
         if not self._said and module.startswith("pkm_gym."):
             self._said = True
-            kept = "once per machine" if CACHE_FOLDER else "no writable cache folder: at every start"
+            kept = (
+                "once per machine" if CACHE_FOLDER else "no writable cache folder: at every start"
+            )
             print(f"pkm_gym: compiling kernels ({kept}) ...", file=sys.stderr, flush=True)
 
     def on_end(self, event: Any) -> None:
         pass
 
 
-event.register("numba:compile", _Announcer())
+event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]  # numba has no types
 
 
 def _jit(function: F, **options: bool) -> F:
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = CACHE_FOLDER or before
+    before = config.CACHE_DIR
+    config.CACHE_DIR = CACHE_FOLDER or before
     try:
-        compiled: F = numba.njit(
+        compiled: F = njit(
             cache=CACHE_FOLDER is not None,
             fastmath=FLAGS,
             error_model="numpy",
@@ -110,7 +115,7 @@ def _jit(function: F, **options: bool) -> F:
             **options,
         )(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
     return compiled
 
 
@@ -130,8 +135,8 @@ def formula(function: F) -> F:
 
 @formula
 def own_row(i: int, rows: int) -> int:
-    """Return which of ``rows`` belongs to design i, where there is one row a design or one for all."""
-    return np.int64(i) if rows > 1 else np.int64(0)
+    """Return the row of design i, where there is one row a design or one for all."""
+    return np.int64(i) if rows > 1 else np.int64(0)  # type: ignore[return-value]  # signed, compiled
 
 
 class BatchKernel:

@@ -15,14 +15,12 @@ def dot2(ax: float, ay: float, bx: float, by: float) -> float:
 
 @formula
 def cross2(ax: float, ay: float, bx: float, by: float) -> float:
-    """Return ``b^T Q a``, Q the quarter turn: the sine of the angle from a to b, for unit vectors."""
+    """Return ``b^T Q a``, Q the quarter turn: the sine from a to b, for unit vectors."""
     return ax * by - ay * bx
 
 
 @formula
-def squared_singular_values(
-    aa: float, bb: float, ab: float, det2: float
-) -> tuple[float, float]:
+def squared_singular_values(aa: float, bb: float, ab: float, det2: float) -> tuple[float, float]:
     """Return the squared singular values (larger, smaller) of a matrix with rows a and b.
 
     ``aa``, ``bb``, ``ab`` are the scalar products of the rows and ``det2`` the squared determinant.

@@ -10,9 +10,7 @@ from typing import Any, ClassVar
 from pkm_gym.core.types import FloatArray
 
 
-def dimension(
-    unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any
-) -> Any:
+def dimension(unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any) -> Any:
     """Declare a field of a Mechanism: its unit, what it is, and the open range it must lie in."""
     return field(metadata={"unit": unit, "doc": doc, "low": low, "high": high}, **options)
 

@@ -30,7 +30,7 @@ def log_merit(ratio: float, penalty: float, violation: float) -> float:
     if violation > 0.0:
         return CAP + (WORST - CAP) * min(1.0, violation / (1.0 + violation))
     value = math.log(ratio) + penalty
-    return value if value < CAP else CAP
+    return min(CAP, value)
 
 
 @batch_kernel

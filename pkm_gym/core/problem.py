@@ -1,4 +1,4 @@
-"""DesignProblem: a vector of dimensions in, performance indices out. Everything else is a client."""
+"""DesignProblem: a vector of dimensions in, indices out. Everything else is its client."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class DesignProblem(ABC):
     """The paper's design problem of one mechanism.
 
     Args:
-        task: a Task, or a mapping of the fields that differ from the paper's; default of ``evaluate``.
+        task: a Task, or a mapping of the fields that differ from the paper's.
         objective: the name of an objective, or several; the first is the one merit uses.
         free: names of the variables that are searched; the others stay at the printed design.
         fixed: variable -> value, taken out of the search.
@@ -112,7 +112,7 @@ class DesignProblem(ABC):
         bounds: Mapping[str, tuple[float, float]] | None = None,
         **options: Any,
     ) -> None:
-        self.task = self.task_type.of(task)  # type: ignore[arg-type]  # of() refuses another type
+        self.task = self.task_type.of(task)
         self.options = self.options_type.of(options)
         self.objectives = self._chosen_objectives(objective)
         self.fixed = self._fixed_values(free, fixed)
@@ -149,7 +149,7 @@ class DesignProblem(ABC):
     def from_dimensions(
         self, dimensions: Mapping[str, float], task: Any
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """Turn ``dimension_names`` (m, rad) into values of all variables and changed task fields."""
+        """Turn dimensions (m, rad) into values of all variables and changed task fields."""
 
     @abstractmethod
     def explain_limits(self, design: FloatArray, task: Any, broken: list[str]) -> list[str]:
@@ -218,7 +218,8 @@ class DesignProblem(ABC):
 
     def reduced(self, full: FloatArray) -> FloatArray:
         """Return the searched columns (n, d) of complete designs (n, all variables)."""
-        return full[:, self._columns]
+        reduced: FloatArray = full[:, self._columns]
+        return reduced
 
     def mechanism(self, design: FloatArray, task: TaskLike = None) -> Mechanism:
         """Return the machine of a design (d,).
@@ -268,7 +269,7 @@ class DesignProblem(ABC):
         return np.clip(designs[inside.all(axis=1)], self.low, self.high)
 
     def draw_tasks(self, n: int, generator: np.random.Generator) -> FloatArray:
-        """Draw n packed tasks (n, m) from the Family; fields that are not drawn keep this task's."""
+        """Draw n packed tasks (n, m) from the Family; what is not drawn keeps this task's value."""
         drawn = np.array([variable.drawn for variable in self.task_variables])
         return np.where(drawn, self.task_type.draw(n, generator), self._task_row)
 
@@ -355,12 +356,13 @@ class DesignProblem(ABC):
         return np.ascontiguousarray(array, dtype=np.float64)
 
     def _complete_one(self, design: FloatArray) -> FloatArray:
-        return self.complete(self._checked(np.asarray(design)[None]))[0]
+        full: FloatArray = self.complete(self._checked(np.asarray(design)[None]))[0]
+        return full
 
     def _task(self, task: TaskLike) -> Task:
         if task is None:
             return self.task
-        return self.task_type.of(task)  # type: ignore[arg-type]  # of() refuses another type
+        return self.task_type.of(task)
 
     def _task_rows(self, tasks: Task | FloatArray | None, n: int) -> FloatArray:
         if tasks is None:

@@ -159,7 +159,7 @@ def _evolve(
     """Run current-to-best/1/bin on every task until its population's log merits agree."""
     n, d = len(tasks), len(problem.variables)
     members = size * d
-    population = _start(problem, n, members, generator, near, radius)
+    population: FloatArray = _start(problem, n, members, generator, near, radius)
     found = _Search(population[:, 0].copy(), np.full(n, np.inf), np.zeros(n, dtype=bool))
     merits = _measured(problem, tasks, population, np.arange(n), found)
     running = np.arange(n)
@@ -231,10 +231,13 @@ def _measured(
     merits = evaluation.log_merit.reshape(n, members)
     inside = (evaluation.constraints <= INSIDE).all(axis=1).reshape(n, members)
     any_inside = inside.any(axis=1)
-    at = np.where(any_inside, np.where(inside, merits, np.inf).argmin(axis=1), merits.argmin(axis=1))
+    at = np.where(
+        any_inside, np.where(inside, merits, np.inf).argmin(axis=1), merits.argmin(axis=1)
+    )
     value = merits[np.arange(n), at]
     known = found.solvable[running]
-    better = np.where(any_inside == known, value < found.log_merit[running], any_inside)
+    lower = value < found.log_merit[running]
+    better = np.asarray(np.where(any_inside == known, lower, any_inside))
     index = running[better]
     found.designs[index] = population[better, at[better]]
     found.log_merit[index] = value[better]

@@ -109,18 +109,19 @@ class Task:
         return tuple(item.name for item in cls.variables())
 
     @classmethod
-    def of(cls, task: Self | Mapping[str, float] | None) -> Self:
+    def of(cls, task: Task | Mapping[str, float] | None) -> Self:
         """Return a task from a task, from a mapping of the fields that differ, or the paper's.
 
         Raises:
             ValueError: for an unknown field (with its closest match) or an illegal value.
+            TypeError: for anything else.
         """
         if isinstance(task, cls):
             return task
         if task is None:
             return cls()
         if not isinstance(task, Mapping):
-            raise ValueError(
+            raise TypeError(
                 f"a task must be a {cls.__name__} or a mapping of its fields, not {task!r}"
             )
         check_known("task field", task, cls.names())
@@ -147,7 +148,7 @@ class Task:
         Raises:
             ValueError: naming the first such field, its row, its value and the allowed range.
         """
-        low, high = _legal(cls)
+        low, high = _ranges(cls.variables(), legal=True)
         bad = ~((rows >= low) & (rows <= high))
         if bad.any():
             i, j = np.argwhere(bad)[0]
@@ -160,17 +161,12 @@ class Task:
     @classmethod
     def draw(cls, n: int, generator: np.random.Generator) -> FloatArray:
         """Draw n tasks (n, m) from the Family, each drawn field uniform over its range."""
-        low, high = _family(cls)
+        low, high = _ranges(cls.variables(), legal=False)
         return low + (high - low) * generator.random((n, len(low)))
 
 
 @cache
-def _legal(task: type[Task]) -> tuple[FloatArray, FloatArray]:
-    items = task.variables()
-    return np.array([v.legal_low for v in items]), np.array([v.legal_high for v in items])
-
-
-@cache
-def _family(task: type[Task]) -> tuple[FloatArray, FloatArray]:
-    items = task.variables()
-    return np.array([v.low for v in items]), np.array([v.high for v in items])
+def _ranges(items: tuple[TaskVariable, ...], *, legal: bool) -> tuple[FloatArray, FloatArray]:
+    pairs = [(v.legal_low, v.legal_high) if legal else (v.low, v.high) for v in items]
+    low, high = np.array(pairs).T
+    return low, high

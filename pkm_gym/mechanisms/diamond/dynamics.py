@@ -87,7 +87,7 @@ def cycle_indices(
 ) -> tuple[float, float, float, float]:
     """Return peak torque, rms torque of the worse limb (N m), peak power (W), peak rate (rad/s).
 
-    One pick-and-place cycle along y = ``floor``, ``samples`` instants, the rms by the trapezoid rule.
+    One pick-and-place cycle along y = ``floor``, ``samples`` instants, rms by the trapezoid rule.
     """
     peak = power = speed = square1 = square2 = 0.0
     for k in range(samples):
@@ -119,7 +119,5 @@ def inverse_dynamics_batch(
     """Fill ``torques`` (n, 2), N m, from states (n, 6): pose, velocity, acceleration."""
     for i in numba.prange(states.shape[0]):
         x, y, vx, vy, ax, ay = states[i]
-        tau1, tau2, _, _ = inverse_dynamics(
-            x, y, vx, vy, ax, ay, e, l1, l2, I_A, m, mr_A
-        )
+        tau1, tau2, _, _ = inverse_dynamics(x, y, vx, vy, ax, ay, e, l1, l2, I_A, m, mr_A)
         torques[i, 0], torques[i, 1] = tau1, tau2

@@ -17,7 +17,7 @@ from pkm_gym.mechanisms.diamond.kinematics import limb
 def local_indices(
     x: float, y: float, e: float, l1: float, l2: float, eta: float
 ) -> tuple[float, float, float, float, float]:
-    """Return sigma_max^2, sigma_min^2 (eq. 18), sin alpha, |sin beta| and (tau l1 / I_A)^2 (eq. 12).
+    """Return sigma_max^2, sigma_min^2 (eq. 18), sin alpha, |sin beta|, (tau l1 / I_A)^2 (eq. 12).
 
     The singular values are those of the dimensionless Jbar = l1 J, whose rows are w_i^T / s_i;
     sin beta is the smaller and the torque the larger one of the two limbs.

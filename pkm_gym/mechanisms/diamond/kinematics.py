@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numba
-import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import cross2, dot2
@@ -53,9 +52,7 @@ def reach_margins(
 
 
 @kernel
-def smallest_sine_beta(
-    e: float, l1: float, l2: float, H: float, b: float, h: float
-) -> float:
+def smallest_sine_beta(e: float, l1: float, l2: float, H: float, b: float, h: float) -> float:
     """Return the smallest sin beta over the workspace: exact, at its nearest or farthest point."""
     nearest2 = max(0.0, e - 0.5 * b) ** 2 + H * H
     farthest2 = (0.5 * b + e) ** 2 + (H + h) ** 2
@@ -85,31 +82,30 @@ def arm_angle_range(
     low, high = math.inf, -math.inf
     for x in (-0.5 * b, 0.5 * b):
         for y in (-H, -H - h):
-            angle = arm_angle(x, y, 1.0, e, l1, l2)
-            low, high = min(low, angle), max(high, angle)
-    for y in (-H, -H - h):
-        for rod in (-l2, l2):  # vertical rod: the elbow stands at y - rod
-            reach2 = l1 * l1 - (y - rod) ** 2
-            for sign in (-1.0, 1.0):
-                x = e + sign * math.sqrt(max(0.0, reach2))
-                if reach2 > 0.0 and abs(x) < 0.5 * b:
-                    angle = arm_angle(x, y, 1.0, e, l1, l2)
-                    low, high = min(low, angle), max(high, angle)
-    for x in (-0.5 * b, 0.5 * b):
-        for rod in (-l2, l2):  # horizontal rod: the elbow stands at x - rod
-            reach2 = l1 * l1 - (x - rod - e) ** 2
-            for sign in (-1.0, 1.0):
-                y = sign * math.sqrt(max(0.0, reach2))
-                if reach2 > 0.0 and -H - h < y < -H:
-                    angle = arm_angle(x, y, 1.0, e, l1, l2)
-                    low, high = min(low, angle), max(high, angle)
+            low, high = _widened(low, high, x, y, e, l1, l2)
+    for rod in (-l2, l2):
+        for sign in (-1.0, 1.0):
+            for y in (-H, -H - h):  # vertical rod: the elbow stands at y - rod
+                x = e + sign * math.sqrt(max(0.0, l1 * l1 - (y - rod) ** 2))
+                if abs(x) < 0.5 * b:
+                    low, high = _widened(low, high, x, y, e, l1, l2)
+            for x in (-0.5 * b, 0.5 * b):  # horizontal rod: the elbow stands at x - rod
+                y = sign * math.sqrt(max(0.0, l1 * l1 - (x - rod - e) ** 2))
+                if -H - h < y < -H:
+                    low, high = _widened(low, high, x, y, e, l1, l2)
     return low, high
 
 
 @kernel
-def platform(
-    theta1: float, theta2: float, e: float, l1: float, l2: float
+def _widened(
+    low: float, high: float, x: float, y: float, e: float, l1: float, l2: float
 ) -> tuple[float, float]:
+    angle = arm_angle(x, y, 1.0, e, l1, l2)
+    return min(low, angle), max(high, angle)
+
+
+@kernel
+def platform(theta1: float, theta2: float, e: float, l1: float, l2: float) -> tuple[float, float]:
     """Return x, y of the lower assembly mode (sin alpha > 0); NaN where the rods do not meet."""
     x1, y1 = e + l1 * math.cos(theta1), l1 * math.sin(theta1)
     x2, y2 = -e + l1 * math.cos(theta2), l1 * math.sin(theta2)
@@ -123,7 +119,7 @@ def platform(
 def inverse_jacobian(
     x: float, y: float, e: float, l1: float, l2: float
 ) -> tuple[float, float, float, float]:
-    """Return J of eq. (4), row by row, 1/m: joint rates = J @ velocity, row i = w_i^T / (l1 s_i)."""
+    """Return J of eq. (4) row by row, 1/m: joint rates = J @ velocity, row_i = w_i^T / (l1 s_i)."""
     _, _, w1x, w1y, s1 = limb(x, y, 1.0, e, l1, l2)
     _, _, w2x, w2y, s2 = limb(x, y, -1.0, e, l1, l2)
     return w1x / (l1 * s1), w1y / (l1 * s1), w2x / (l1 * s2), w2y / (l1 * s2)
@@ -188,9 +184,7 @@ def inverse_jacobian_batch(
 
 
 @batch_kernel
-def hessian_batch(
-    poses: FloatArray, e: float, l1: float, l2: float, hessians: FloatArray
-) -> None:
+def hessian_batch(poses: FloatArray, e: float, l1: float, l2: float, hessians: FloatArray) -> None:
     """Fill ``hessians`` (n, 2, 2, 2), 1/m^2: the arm accelerations' quadratic form in velocity."""
     for i in numba.prange(poses.shape[0]):
         for k in range(2):

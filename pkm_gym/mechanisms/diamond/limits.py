@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym.core.sampling import rectangle
+from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.diamond.kinematics import reach_margins
 
 if TYPE_CHECKING:
@@ -16,50 +17,59 @@ if TYPE_CHECKING:
 
 def explain(machine: Diamond, task: DiamondTask, broken: list[str]) -> list[str]:
     """Return one sentence a broken limit."""
-    inner, outer = reach_margins(
-        machine.e, machine.l1, machine.l2, machine.H, machine.b, machine.h
-    )
-    lines = []
-    if inner < 0.0:
-        lines.append(
-            f"reach_inner: the top edge comes {-1e3 * inner * machine.l1:.1f} mm too near to a "
-            "drive: the limb cannot fold that far"
-        )
-    if outer < 0.0:
-        lines.append(
-            f"reach_outer: the far bottom corner lies {-1e3 * outer * machine.l1:.1f} mm beyond the "
-            "stretched limb"
-        )
+    lines = _reach(machine)
+    if not lines:
+        lines = _local(machine, task, broken)
     if "spacing" in broken:
-        lines.append(
-            f"spacing: lam_e is {machine.e / machine.l1:.4g}, it must be at least "
-            f"{task.lam_e_min:g}"
-        )
-    return lines + ([] if lines and min(inner, outer) < 0.0 else _local(machine, task, broken))
+        ratio = machine.e / machine.l1
+        lines.append(f"spacing: lam_e is {ratio:.4g}; it must be at least {task.lam_e_min:g}")
+    return lines
+
+
+def _reach(machine: Diamond) -> list[str]:
+    inner, outer = reach_margins(machine.e, machine.l1, machine.l2, machine.H, machine.b, machine.h)
+    lines = []
+    if inner <= 0.0:
+        short = -1e3 * inner * machine.l1
+        lines.append(f"reach_inner: the top edge comes {short:.1f} mm too near to a drive")
+    if outer <= 0.0:
+        short = -1e3 * outer * machine.l1
+        lines.append(f"reach_outer: the far bottom corner lies {short:.1f} mm beyond the limb")
+    return lines
 
 
 def _local(machine: Diamond, task: DiamondTask, broken: list[str]) -> list[str]:
-    poses = rectangle(
-        (-0.5 * machine.b, -machine.H - machine.h), (0.5 * machine.b, -machine.H), 161, 41
-    ).reshape(-1, 2)
+    low, high = (-0.5 * machine.b, -machine.H - machine.h), (0.5 * machine.b, -machine.H)
+    poses = rectangle(low, high, 161, 41).reshape(-1, 2)
     local = machine.local_indices(poses)
-    alpha, beta = (np.degrees(np.arcsin(np.clip(local[k], -1, 1))) for k in ("sin_alpha", "sin_beta"))
-    alpha_low, beta_low = np.degrees(task.alpha_low), np.degrees(task.beta_low)
-    # name -> field over the workspace, +1 where its maximum counts, the limit, the unit
+    alpha, beta = (_degrees(local[name]) for name in ("sin_alpha", "sin_beta"))
+    at_least = "; it must be at least"
+    # constraint -> values over the workspace, which extreme counts, what it is, its limit
     limits = {
-        "assembly": (local["sin_alpha"], -1, "sin alpha", "must be positive", ""),
-        "sigma_max": (local["sigma_max"], 1, "sigma_max", f"must be at most {task.sigma_high:g}", ""),
-        "sigma_min": (local["sigma_min"], -1, "sigma_min", f"must be at least {task.sigma_low:g}", ""),
-        "alpha": (alpha, -1, "the angle between the rods", f"must be at least {alpha_low:.4g} deg", " deg"),
-        "beta": (beta, -1, "the angle at the elbow", f"must be at least {beta_low:.4g} deg", " deg"),
-    }
+        "assembly": (local["sin_alpha"], min, "sin alpha", "; it must be positive"),
+        "sigma_max": (
+            local["sigma_max"], max, "sigma_max", f"; it must be at most {task.sigma_high:g}"
+        ),
+        "sigma_min": (local["sigma_min"], min, "sigma_min", f"{at_least} {task.sigma_low:g}"),
+        "alpha": (
+            alpha, min, "the angle between the rods (deg)",
+            f"{at_least} {np.degrees(task.alpha_low):.4g}",
+        ),
+        "beta": (
+            beta, min, "the angle at an elbow (deg)",
+            f"{at_least} {np.degrees(task.beta_low):.4g}",
+        ),
+    }  # fmt: skip
     lines = []
     for name in broken:
         if name in limits:
-            values, sign, what, limit, unit = limits[name]
-            at = int(np.argmax(sign * values))
+            values, extreme, what, limit = limits[name]
+            at = int(np.argmax(values) if extreme is max else np.argmin(values))
             x, y = 1e3 * poses[at]
-            lines.append(
-                f"{name}: {what} is {values[at]:.4g}{unit} at x = {x:.0f} mm, y = {y:.0f} mm; it {limit}"
-            )
+            where = f"at x = {x:.0f} mm, y = {y:.0f} mm"
+            lines.append(f"{name}: {what} is {values[at]:.4g} {where}{limit}")
     return lines
+
+
+def _degrees(sine: FloatArray) -> FloatArray:
+    return np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))

@@ -39,7 +39,7 @@ class Diamond(Mechanism):
     h: float = dimension("m", "height of the workspace")
     I_A: float = dimension("kg m^2", "inertia of arm, elbow and rod share about the drive axis")
     m: float = dimension("kg", "moving mass: platform, rod share, payload")
-    mr_A: float = dimension("kg m", "first moment of arm, elbow and rod share")
+    mr_A: float = dimension("kg m", "first moment of arm, elbow and rod share")  # noqa: N815 (symbol m_A r_A)
 
     pose_names = ("x", "y")
     twist_names = ("vx", "vy")

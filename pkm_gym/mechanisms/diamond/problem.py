@@ -61,17 +61,25 @@ class DiamondTask(Task):
     delta: float = quantity(1.0, "", "b / (2 (e + l1))", legal=(0.5, 2.0))
     payload: float = quantity(0.0, "kg", "carried mass", legal=(0.0, 10.0), family=(0.0, 2.0))
     sigma_low: float = quantity(
-        0.6, "", "lower bound of sigma_min", legal=(0.2, 1.2), family=(0.5, 0.7)
+        0.6, "", "lower bound of sigma_min", legal=(0.2, 1.2), family=(0.6, 0.81)
     )
     sigma_high: float = quantity(
         1.5, "", "upper bound of sigma_max", legal=(1.2, 3.0), family=(1.35, 1.9)
     )
     lam_e_min: float = quantity(0.2, "", "smallest e/l1", legal=(0.0, 1.0))
     alpha_low: float = quantity(
-        0.0, "rad", "smallest transmission angle between the rods, 0 = off", legal=(0.0, 1.4)
+        0.0,
+        "rad",
+        "smallest transmission angle between the rods, 0 = off",
+        legal=(0.0, 1.5),
+        family=(0.0, 1.15),
     )
     beta_low: float = quantity(
-        0.0, "rad", "smallest transmission angle at the elbows, 0 = off", legal=(0.0, 1.4)
+        0.0,
+        "rad",
+        "smallest transmission angle at the elbows, 0 = off",
+        legal=(0.0, 1.5),
+        family=(0.0, 0.85),
     )
     cycle_width_ratio: float = quantity(
         1.0, "", "width of the pick-and-place cycle over b", legal=(0.05, 1.0)
@@ -197,7 +205,7 @@ def measure(
     unreached: FloatArray,
     scales: FloatArray,
 ) -> None:
-    """Fill indices (n, 8 or 12), violations (n, 9), unreached and scales (n,) for designs (n, 3)."""
+    """Fill indices (n, 8 or 12), violations (n, 9), unreached and scales (n,) of designs (n, 3)."""
     for i in numba.prange(designs.shape[0]):
         task = tasks[own_row(i, tasks.shape[0])]
         scales[i] = task_scale(task, inertia, objective)
@@ -364,7 +372,9 @@ class DiamondProblem(DesignProblem):
                 raise ValueError(f"a design in lengths needs just e, l1, l2 and H: it {what}")
             e, l1, l2, H = lengths.values()
             if not min(e, l1, l2, H) > 0.0:
-                raise ValueError(f"e, l1, l2, H are {e:g}, {l1:g}, {l2:g}, {H:g} m: all must be > 0")
+                raise ValueError(
+                    f"e, l1, l2, H are {e:g}, {l1:g}, {l2:g}, {H:g} m: all must be > 0"
+                )
             ratios = {"lam_e": e / l1, "lam_l": l2 / l1, "gap": (H - l2) / l1 + 1.0}
             return ratios, {"delta": task.b / (2.0 * (e + l1))}
         if "lam_H" in values:
@@ -373,15 +383,14 @@ class DiamondProblem(DesignProblem):
             values["gap"] = values.pop("lam_H") - values["lam_l"] + 1.0
         return values, {}
 
-    def explain_limits(
-        self, design: FloatArray, task: DiamondTask, broken: list[str]
-    ) -> list[str]:
+    def explain_limits(self, design: FloatArray, task: DiamondTask, broken: list[str]) -> list[str]:
         """Say in words, a line a broken limit, where in the workspace and by how much."""
         full = self._complete_one(design)
         if "dimensions" in broken:
+            ratios = ", ".join(f"{x:g}" for x in full)
+            allowed = f"between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
             return [
-                f"dimensions: ratios {', '.join(f'{x:g}' for x in full)} make no machine: lam_e, "
-                f"lam_l and lam_H must lie between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
+                f"dimensions: {ratios} make no machine; lam_e, lam_l and lam_H must lie {allowed}"
             ]
         return explain(self._mechanism(full, task), task, broken)
 
