@@ -14,9 +14,14 @@ from pkm_gym.core.names import unknown
 
 @dataclass(frozen=True)
 class Value:
-    """One printed number: where it stands, what we get, and how the two compare."""
+    """One printed number: where it stands, what we get, and how the two compare.
+
+    ``kind`` says what ``ours`` is: an "index" or a "dimension" of the printed design, or a
+    coordinate of the "optimum". ``printed`` is None where the paper gives no number.
+    """
 
     name: str
+    kind: str
     symbol: str
     unit: str
     where: str
@@ -42,13 +47,23 @@ class Optimum:
 
 
 @dataclass(frozen=True)
+class Claim:
+    """What the paper says in words, what the model says, and the verdict."""
+
+    claim: str
+    ours: str
+    verdict: str
+
+
+@dataclass(frozen=True)
 class Reference:
-    """The content of a mechanism's paper.toml."""
+    """The content of a mechanism's paper.toml; ``data`` holds its tables of its own."""
 
     paper: Mapping[str, str]
     design: Mapping[str, float]
     values: Mapping[str, Value]
     optima: Mapping[str, Optimum]
+    claims: tuple[Claim, ...]
     data: Mapping[str, Any]
 
     @classmethod
@@ -67,6 +82,7 @@ class Reference:
                 name: Optimum(name=name, **{**entry, "active": tuple(entry["active"])})
                 for name, entry in table.pop("optima").items()
             },
+            claims=tuple(Claim(**entry) for entry in table.pop("claims", [])),
             data=table,
         )
 

@@ -230,14 +230,14 @@ def _measured(
     found.evaluations += n * members
     merits = evaluation.log_merit.reshape(n, members)
     inside = (evaluation.constraints <= INSIDE).all(axis=1).reshape(n, members)
-    any_inside = inside.any(axis=1)
+    any_inside = np.asarray(inside.any(axis=1))
     at = np.where(
         any_inside, np.where(inside, merits, np.inf).argmin(axis=1), merits.argmin(axis=1)
     )
     value = merits[np.arange(n), at]
     known = found.solvable[running]
     lower = value < found.log_merit[running]
-    better = np.asarray(np.where(any_inside == known, lower, any_inside))
+    better = np.where(any_inside == known, lower, any_inside)
     index = running[better]
     found.designs[index] = population[better, at[better]]
     found.log_merit[index] = value[better]
