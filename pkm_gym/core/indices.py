@@ -8,12 +8,6 @@ from pkm_gym.core.compile import formula
 
 
 @formula
-def squared_condition_number(larger: float, smaller: float) -> float:
-    """Return (sigma_max / sigma_min)^2 from the squared singular values."""
-    return larger / smaller
-
-
-@formula
 def squared_torque_index(eta: float, sin2_alpha: float, sin2_beta: float) -> float:
     """Return the largest squared dimensionless drive torque over all unit accelerations.
 

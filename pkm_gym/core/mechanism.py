@@ -5,9 +5,25 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pkm_gym.core.types import FloatArray
+
+
+class Link(NamedTuple):
+    """A body of the machine as it is drawn: points (n, 2) in the drawing plane, metres."""
+
+    role: Literal["base", "arm", "rod", "platform"]
+    points: FloatArray
+
+
+class IndexMap(NamedTuple):
+    """A local index over poses, the index of the design being its extreme over the workspace."""
+
+    name: str
+    unit: str
+    extreme: Literal["max", "min"]
+    values: FloatArray
 
 
 def dimension(unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any) -> Any:
@@ -55,6 +71,32 @@ class Mechanism(ABC):
     @abstractmethod
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the twist (..., k) of a pose that changes at ``pose_rate`` (..., k)."""
+
+    # How a picture is drawn -----------------------------------------------------------------------
+
+    @abstractmethod
+    def links(self, pose: FloatArray) -> tuple[Link, ...]:
+        """Return the bodies at a pose (k,), NaN where it is out of reach; a base never moves."""
+
+    @abstractmethod
+    def workspace(self) -> FloatArray:
+        """Return the outline of the workspace as a closed polygon (n, 2) in the drawing plane, m."""
+
+    @abstractmethod
+    def workspace_grid(self, columns: int, rows: int) -> FloatArray:
+        """Return poses (rows, columns, k) over the workspace; the first two are drawn as x and y."""
+
+    @abstractmethod
+    def sample_poses(self) -> FloatArray:
+        """Return two or three telling poses (n, k), the one that stands for the machine first."""
+
+    @abstractmethod
+    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., k), by the name of the design's index."""
+
+    @abstractmethod
+    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
+        """Return by how much poses (..., k) break a limit, by constraint: > 0 where broken."""
 
 
 def check_dimension(item: Field[Any], value: float) -> None:

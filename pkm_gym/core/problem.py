@@ -270,8 +270,12 @@ class DesignProblem(ABC):
 
     def draw_tasks(self, n: int, generator: np.random.Generator) -> FloatArray:
         """Draw n packed tasks (n, m) from the Family; what is not drawn keeps this task's value."""
+        return self.spread_tasks(generator.random((n, len(self.task_variables))))
+
+    def spread_tasks(self, unit: FloatArray) -> FloatArray:
+        """Return the Family's tasks (n, m) at points (n, m) of the unit cube."""
         drawn = np.array([variable.drawn for variable in self.task_variables])
-        return np.where(drawn, self.task_type.draw(n, generator), self._task_row)
+        return np.where(drawn, self.task_type.spread(unit), self._task_row)
 
     def pack(self, task: TaskLike) -> FloatArray:
         """Return a task as a row (m,)."""

@@ -1,10 +1,9 @@
-"""Samples of a workspace and the refinement of a maximum between samples."""
+"""Samples of a workspace."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pkm_gym.core.compile import kernel
 from pkm_gym.core.types import FloatArray
 
 
@@ -20,16 +19,3 @@ def rectangle(
     x = np.linspace(low[0], high[0], columns)
     y = np.linspace(low[1], high[1], rows)
     return np.stack(np.meshgrid(x, y), axis=-1)
-
-
-@kernel
-def refined_maximum(left: float, middle: float, right: float) -> float:
-    """Return the maximum of the parabola through three equally spaced samples.
-
-    ``middle`` must be the largest of the three; the parabola then peaks between its neighbours.
-    """
-    bend = left - 2.0 * middle + right
-    if not bend < 0.0:
-        return middle
-    slope = right - left
-    return middle - 0.125 * slope * slope / bend

@@ -159,10 +159,10 @@ class Task:
             )
 
     @classmethod
-    def draw(cls, n: int, generator: np.random.Generator) -> FloatArray:
-        """Draw n tasks (n, m) from the Family, each drawn field uniform over its range."""
+    def spread(cls, unit: FloatArray) -> FloatArray:
+        """Return the Family's tasks (n, m) at points (n, m) of the unit cube."""
         low, high = _ranges(cls.variables(), legal=False)
-        return low + (high - low) * generator.random((n, len(low)))
+        return low + (high - low) * unit
 
 
 @cache

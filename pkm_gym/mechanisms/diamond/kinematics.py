@@ -65,9 +65,13 @@ def smallest_sine_beta(e: float, l1: float, l2: float, H: float, b: float, h: fl
 
 @kernel
 def arm_angle(x: float, y: float, side: float, e: float, l1: float, l2: float) -> float:
-    """Return the arm angle theta_1i from +x, counter-clockwise, radians. Eq. (2)."""
+    """Return the arm angle theta_1i from +x, counter-clockwise, radians. Eq. (2).
+
+    Limb 2 is the mirror image, pi - theta: neither angle jumps while the platform stays below.
+    """
     ux, uy, _, _, _ = limb(x, y, side, e, l1, l2)
-    return math.atan2(uy, ux)
+    angle = math.atan2(uy, side * ux)
+    return angle if side > 0.0 else math.pi - angle
 
 
 @kernel

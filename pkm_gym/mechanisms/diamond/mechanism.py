@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pkm_gym.core.compile import BatchKernel
-from pkm_gym.core.mechanism import Mechanism, dimension
+from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
+from pkm_gym.core.sampling import rectangle
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.diamond.dynamics import inverse_dynamics_batch
 from pkm_gym.mechanisms.diamond.indices import local_indices_batch
@@ -19,6 +20,9 @@ from pkm_gym.mechanisms.diamond.kinematics import (
     inverse_jacobian_batch,
     inverse_kinematics_batch,
 )
+
+if TYPE_CHECKING:
+    from pkm_gym.mechanisms.diamond.problem import DiamondTask
 
 LOCAL_INDICES = ("sigma_max", "sigma_min", "sin_alpha", "sin_beta", "tau")
 
@@ -96,6 +100,61 @@ class Diamond(Mechanism):
         table = self._batch(local_indices_batch, pose, (5,), (self.I_A, self.m))
         return {name: table[..., k] for k, name in enumerate(LOCAL_INDICES)}
 
+    def links(self, pose: FloatArray) -> tuple[Link, ...]:
+        """Return base, arms and rods, and the platform as a point, at a pose (2,)."""
+        x, y = np.asarray(pose, dtype=float)
+        drives = np.array([[self.e, 0.0], [-self.e, 0.0]])
+        platform = np.array([x, y])
+        angles = self.inverse_kinematics(platform)
+        elbows = drives + self.l1 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return (
+            Link("base", drives[::-1]),
+            *(Link("rod", np.stack([elbow, platform])) for elbow in elbows),
+            *(Link("arm", np.stack(ends)) for ends in zip(drives, elbows, strict=True)),
+            Link("platform", platform[None]),
+        )
+
+    def workspace(self) -> FloatArray:
+        """Return the rectangle's outline (5, 2), m."""
+        right, top, bottom = 0.5 * self.b, -self.H, -self.H - self.h
+        corners = [(-right, bottom), (right, bottom), (right, top), (-right, top), (-right, bottom)]
+        return np.array(corners)
+
+    def workspace_grid(self, columns: int, rows: int) -> FloatArray:
+        """Return poses (rows, columns, 2), m, from the bottom left corner to the top right one."""
+        low, high = (-0.5 * self.b, -self.H - self.h), (0.5 * self.b, -self.H)
+        return rectangle(low, high, columns, rows)
+
+    def sample_poses(self) -> FloatArray:
+        """Return the middle of the workspace and two opposite corners (3, 2), m."""
+        right, top, bottom = 0.5 * self.b, -self.H, -self.H - self.h
+        return np.array([(0.0, 0.5 * (top + bottom)), (-right, bottom), (right, top)])
+
+    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return torque, singular values, condition and transmission angles at poses (..., 2)."""
+        local = self.local_indices(pose)
+        larger, smaller = local["sigma_max"], local["sigma_min"]
+        alpha, beta = (_angle(local[name]) for name in ("sin_alpha", "sin_beta"))
+        return {
+            "tau_G": IndexMap("tau", "N m/(m/s^2)", "max", local["tau"]),
+            "sigma_max": IndexMap("sigma_max", "", "max", larger),
+            "sigma_min": IndexMap("sigma_min", "", "min", smaller),
+            "condition": IndexMap("condition", "", "max", larger / smaller),
+            "alpha_min": IndexMap("alpha", "rad", "min", alpha),
+            "beta_min": IndexMap("beta", "rad", "min", beta),
+        }
+
+    def local_violations(self, pose: FloatArray, task: DiamondTask) -> dict[str, FloatArray]:
+        """Return by how much poses (..., 2) break the limits of the task; NaN out of reach."""
+        local = self.local_indices(pose)
+        return {
+            "assembly": -local["sin_alpha"],
+            "sigma_max": local["sigma_max"] - task.sigma_high,
+            "sigma_min": task.sigma_low - local["sigma_min"],
+            "alpha": task.alpha_low - _angle(local["sin_alpha"]),
+            "beta": task.beta_low - _angle(local["sin_beta"]),
+        }
+
     def _batch(
         self,
         kernel: BatchKernel | Callable[..., None],
@@ -111,3 +170,7 @@ class Diamond(Mechanism):
         out = np.empty((len(flat), *shape))
         kernel(0.05 * len(flat), flat, self.e, self.l1, self.l2, *more, out)
         return out.reshape(rows.shape[:-1] + shape)
+
+
+def _angle(sine: FloatArray) -> FloatArray:
+    return np.arcsin(np.clip(sine, -1.0, 1.0))

@@ -1,0 +1,138 @@
+"""Pool: tasks solved beforehand, each with a start and its optimum, in one npz file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import Solutions
+from pkm_gym.core.types import BoolArray, FloatArray
+
+ARRAYS = ("tasks", "starts", "designs", "optima", "active", "solvable")
+TEXTS = ("hash", "command")
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Solved tasks of one problem.
+
+    Attributes:
+        tasks: array (n, m), packed.
+        starts: array (n, d), where a session on the task may start.
+        designs: array (n, d), the optimum; the least violating design found if unsolvable.
+        optima: array (n,), the first objective there; NaN if unsolvable.
+        active: array (n, c), the constraints that hold the optimum back.
+        solvable: array (n,), whether the task has a feasible design.
+        hash: ``hash()`` of the problem.
+        command: what wrote the pool.
+    """
+
+    tasks: FloatArray
+    starts: FloatArray
+    designs: FloatArray
+    optima: FloatArray
+    active: BoolArray
+    solvable: BoolArray
+    hash: str
+    command: str
+
+    def __len__(self) -> int:
+        """Return the number of tasks, the unsolvable ones included."""
+        return len(self.tasks)
+
+    @classmethod
+    def from_solutions(
+        cls, solutions: Solutions, starts: FloatArray, problem: DesignProblem, command: str
+    ) -> Self:
+        """Return the pool of ``solve_tasks``'s solutions with starts (n, d)."""
+        return cls(
+            tasks=solutions.tasks,
+            starts=np.asarray(starts, dtype=float),
+            designs=solutions.designs,
+            optima=solutions.optima,
+            active=solutions.active,
+            solvable=solutions.solvable,
+            hash=problem.hash(),
+            command=command,
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the pool; the file appears whole or not at all."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f".{path.name}.{os.getpid()}")
+        content = {name: getattr(self, name) for name in ARRAYS + TEXTS}
+        try:
+            with temporary.open("wb") as file:
+                np.savez_compressed(file, **content)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], problem: DesignProblem) -> Self:
+        """Read a pool of this problem.
+
+        Raises:
+            ValueError: in one sentence naming the file and what was expected, if it is missing,
+                unreadable, damaged, no pool at all or another problem's.
+        """
+        content = _read(Path(path), problem)
+        complaint = next(_complaints(content, problem), None)
+        if complaint:
+            raise ValueError(f"{str(path)!r} {complaint}: {_wanted(problem)}")
+        values: dict[str, Any] = {name: np.ascontiguousarray(content[name]) for name in ARRAYS}
+        return cls(**values, **{name: str(content[name]) for name in TEXTS})
+
+
+def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        reason = "does not exist"
+    except OSError as error:
+        reason = f"cannot be read ({error.strerror or error})"
+    except Exception:  # zip, zlib, npy headers and pickles: each raises its own
+        reason = "is damaged or no npz file"
+    raise ValueError(f"{str(path)!r} {reason}: {_wanted(problem)}")
+
+
+def _wanted(problem: DesignProblem) -> str:
+    return (
+        f"expected an npz file with {', '.join(ARRAYS + TEXTS)} of {problem.name} "
+        f"(hash {problem.hash()[:12]}), as Pool.save writes it"
+    )
+
+
+def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Iterator[str]:
+    """Say what is wrong with the content of a file; each check relies on those before it."""
+    missing = [name for name in ARRAYS + TEXTS if name not in content]
+    if missing:
+        yield f"lacks {', '.join(missing)}"
+    if str(content["hash"]) != problem.hash():
+        yield f"belongs to another problem (hash {str(content['hash'])[:12]})"
+    n = content["tasks"].shape[:1]
+    m, d, c = len(problem.task_variables), len(problem.low), len(problem.constraint_names)
+    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n)
+    for name, kind, shape in zip(ARRAYS, "ffffbb", shapes, strict=True):
+        array = content[name]
+        if array.dtype.kind != kind or array.shape != shape:
+            yield f"has {name} as {array.dtype} of shape {array.shape}, not of shape {shape}"
+    for name in ("tasks", "starts", "designs"):
+        if not np.isfinite(content[name]).all():
+            yield f"has {name} that are not finite"
+    if not np.isfinite(content["optima"][content["solvable"]]).all():
+        yield "has solvable tasks without an optimum"
+    try:
+        problem.task_type.check_rows(content["tasks"])
+    except ValueError as error:
+        yield f"has an illegal task ({error})"
