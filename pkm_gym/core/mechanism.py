@@ -80,11 +80,11 @@ class Mechanism(ABC):
 
     @abstractmethod
     def workspace(self) -> FloatArray:
-        """Return the outline of the workspace as a closed polygon (n, 2) in the drawing plane, m."""
+        """Return the workspace's outline as a closed polygon (n, 2) in the drawing plane, m."""
 
     @abstractmethod
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
-        """Return poses (rows, columns, k) over the workspace; the first two are drawn as x and y."""
+        """Return poses (rows, columns, k) over the workspace; the first two are x and y."""
 
     @abstractmethod
     def sample_poses(self) -> FloatArray:
