@@ -75,8 +75,8 @@ def _load_tbb() -> bool:
 
 
 CACHE_FOLDER = _cache_folder()
-if "NUMBA_THREADING_LAYER" not in os.environ and _load_tbb():
-    config.THREADING_LAYER = "tbb"
+if "NUMBA_THREADING_LAYER" not in os.environ:
+    config.THREADING_LAYER = "tbb" if _load_tbb() else "workqueue"
 _THREAD_SAFE = config.THREADING_LAYER in ("tbb", "safe", "threadsafe", "omp")
 _turn = nullcontext() if _THREAD_SAFE else threading.Lock()
 
