@@ -28,3 +28,70 @@ def squared_singular_values(aa: float, bb: float, ab: float, det2: float) -> tup
     """
     larger = 0.5 * (aa + bb + math.sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab))
     return larger, det2 / larger
+
+
+@formula
+def dot3(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
+    """Return the scalar product of two vectors."""
+    return ax * bx + ay * by + az * bz
+
+
+@formula
+def cross3(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float]:
+    """Return the vector product a x b."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@formula
+def det3(
+    ax: float, ay: float, az: float,
+    bx: float, by: float, bz: float,
+    cx: float, cy: float, cz: float,
+) -> float:  # fmt: skip
+    """Return the determinant of the matrix with rows (or columns) a, b, c."""
+    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+
+
+@formula
+def solve3(
+    ax: float, ay: float, az: float,
+    bx: float, by: float, bz: float,
+    cx: float, cy: float, cz: float,
+    p: float, q: float, r: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Solve a . x = p, b . x = q, c . x = r: return x, y, z and the determinant."""
+    bc_x, bc_y, bc_z = cross3(bx, by, bz, cx, cy, cz)
+    ca_x, ca_y, ca_z = cross3(cx, cy, cz, ax, ay, az)
+    ab_x, ab_y, ab_z = cross3(ax, ay, az, bx, by, bz)
+    det = dot3(ax, ay, az, bc_x, bc_y, bc_z)
+    scale = 1.0 / det
+    return (
+        (p * bc_x + q * ca_x + r * ab_x) * scale,
+        (p * bc_y + q * ca_y + r * ab_y) * scale,
+        (p * bc_z + q * ca_z + r * ab_z) * scale,
+        det,
+    )
+
+
+@formula
+def squared_singular_values3(
+    aa: float, bb: float, cc: float, ab: float, ac: float, bc: float, det2: float
+) -> tuple[float, float, float]:
+    """Return the squared singular values, largest first, of a matrix with rows a, b and c.
+
+    The roots of the Gram matrix's cubic by the cosine of a third of an angle; the smallest one is
+    ``det2``, the squared determinant, over the product of the others.
+    """
+    mean = (aa + bb + cc) / 3.0
+    p, q, r = aa - mean, bb - mean, cc - mean
+    radius2 = (p * p + q * q + r * r + 2.0 * (ab * ab + ac * ac + bc * bc)) / 6.0
+    if not radius2 > 0.0:
+        return mean, mean, mean
+    radius = math.sqrt(radius2)
+    half = 0.5 * det3(p, ab, ac, ab, q, bc, ac, bc, r) / (radius2 * radius)
+    third = math.acos(min(1.0, max(-1.0, half))) / 3.0
+    largest = mean + 2.0 * radius * math.cos(third)
+    middle = mean + 2.0 * radius * math.sin(third - math.pi / 6.0)
+    return largest, middle, det2 / (largest * middle)

@@ -7,11 +7,13 @@ from dataclasses import Field, dataclass, field, fields
 from math import isfinite
 from typing import Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
+
 from pkm_gym.core.types import FloatArray
 
 
 class Link(NamedTuple):
-    """A body of the machine as it is drawn: points (n, 2) in the drawing plane, metres."""
+    """A body of the machine as it is drawn: points (n, 2) in the drawing plane or (n, 3), metres."""
 
     role: Literal["base", "arm", "rod", "platform"]
     points: FloatArray
@@ -84,7 +86,11 @@ class Mechanism(ABC):
 
     @abstractmethod
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
-        """Return poses (rows, columns, k) over the workspace; the first two are drawn as x and y."""
+        """Return poses (rows, columns, k) over the workspace, or over its section as drawn."""
+
+    def drawn(self, pose: FloatArray) -> FloatArray:
+        """Return where poses (..., k) stand in the drawing plane: (..., 2), metres."""
+        return np.asarray(pose, dtype=float)[..., :2]
 
     @abstractmethod
     def sample_poses(self) -> FloatArray:
