@@ -93,6 +93,7 @@ class DesignProblem(ABC):
     title: ClassVar[str]
     version: ClassVar[int]
     package: ClassVar[str]
+    reference_file: ClassVar[str] = "paper.toml"
     task_type: ClassVar[type[Task]]
     options_type: ClassVar[type[Options]]
     all_variables: ClassVar[tuple[Variable, ...]]
@@ -164,7 +165,7 @@ class DesignProblem(ABC):
     @property
     def reference(self) -> Reference:
         """The printed numbers, their verdicts and our verified values."""
-        return Reference.load(self.package)
+        return Reference.load(self.package, self.reference_file)
 
     @property
     def task_variables(self) -> tuple[TaskVariable, ...]:

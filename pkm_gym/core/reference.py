@@ -68,9 +68,12 @@ class Reference:
 
     @classmethod
     @cache
-    def load(cls, package: str) -> Self:
-        """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``."""
-        table = tomllib.loads(files(package).joinpath("paper.toml").read_text(encoding="utf-8"))
+    def load(cls, package: str, file: str = "paper.toml") -> Self:
+        """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``.
+
+        A package with more than one problem has a file for each.
+        """
+        table = tomllib.loads(files(package).joinpath(file).read_text(encoding="utf-8"))
         return cls(
             paper=table.pop("paper"),
             design=table.pop("design"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pkm_gym.core.compile import kernel
 from pkm_gym.core.types import FloatArray
 
 
@@ -64,3 +65,19 @@ def triangular_cylinder(count: int) -> tuple[FloatArray, FloatArray]:
     nodes = np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z], axis=-1)
     product = np.einsum("i,j,k->ijk", radial, weights, np.full(count, 1.0 / count))
     return nodes.reshape(-1, 3), product.ravel()
+
+
+@kernel
+def lowest_of_five(samples: FloatArray) -> tuple[int, float]:
+    """Return where the lowest of five equally spaced samples (5,) stands, and where to look again.
+
+    The second is the vertex of the parabola through the lowest and its neighbours, in steps from
+    the first sample, within the samples.
+    """
+    at = int(np.argmin(samples))
+    middle = min(3, max(1, at))
+    before, here, after = samples[middle - 1], samples[middle], samples[middle + 1]
+    bend = before - 2.0 * here + after
+    if not bend > 0.0:
+        return at, float(at)
+    return at, min(4.0, max(0.0, middle + 0.5 * (before - after) / bend))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numba
+import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import det3, dot3, squared_singular_values3
+from pkm_gym.core.sampling import lowest_of_five
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import (
     COS,
@@ -20,6 +22,9 @@ from pkm_gym.mechanisms.spr3.kinematics import (
 )
 from pkm_gym.mechanisms.spr3.velocity import angular_velocity, jacobian_row, leg_direction
 
+
+# A part of the joint box thinner than this share of it counts for nothing.
+SMALLEST_PART = 1e-9
 
 # The homogeneous Jacobian that the conditioning indices are taken of: see ``homogeneous``.
 JACOBIANS = ("velocity", "tilt-a", "tilt-b", "tilt-D", "points")
@@ -151,24 +156,20 @@ def smallest_revolute_sine(a: float, b: float, q_c: float, lam: float) -> float:
     Five samples an edge, and one more at the vertex of the parabola through the lowest three.
     """
     smallest = math.inf
+    samples = np.empty(5)
     for mixed in (False, True):
-        before = middle = after = best = math.inf
-        at = 0.0
-        left = _sine_on_edge(-1.0, mixed, a, b, q_c, lam)
-        here = _sine_on_edge(-0.5, mixed, a, b, q_c, lam)
-        best = left
-        for k in range(3):
-            right = _sine_on_edge(0.5 * k, mixed, a, b, q_c, lam)
-            if k == 0 or here < middle:
-                before, middle, after, at = left, here, right, 0.5 * (k - 1)
-            best = min(best, here, right)
-            left, here = here, right
-        bend = before - 2.0 * middle + after
-        if bend > 0.0:
-            t = min(1.0, max(-1.0, at + 0.25 * (before - after) / bend))
-            best = min(best, _sine_on_edge(t, mixed, a, b, q_c, lam))
-        smallest = min(smallest, best)
+        for k in range(5):
+            samples[k] = _sine_on_edge(0.5 * k - 1.0, mixed, a, b, q_c, lam)
+        at, vertex = lowest_of_five(samples)
+        again = _sine_on_edge(0.5 * vertex - 1.0, mixed, a, b, q_c, lam)
+        smallest = min(smallest, samples[at], again)
     return smallest
+
+
+@kernel
+def isotropic_leg(a: float, b: float) -> float:
+    """Return the length of three equal legs at which J is isotropic, m: z = b / sqrt(2)."""
+    return math.sqrt((b - a) * (b - a) + 0.5 * b * b)
 
 
 @kernel
@@ -184,26 +185,62 @@ def box_means(
 ) -> tuple[float, float, float, float]:
     """Return the share of the nodes reached, smallest det J, volume, mean conditioning index.
 
-    The nodes are visited one after the other, by straight paths within the box. The volume of the workspace is the integral of 1 / det J over the joint box, and the index is
-    weighted with it. ``nodes`` (k, 3) lie in [-1, 1], ``weights`` (k,) add up to 1.
+    The volume of the workspace is the integral of 1 / det J over the joint box, and the index is
+    weighted with it. ``nodes`` (k, 3) and ``weights`` (k,) are those of ``symmetric_cube``; they are
+    visited one after the other, by straight paths within the box. The index has a cusp at the
+    isotropic pose: where that lies in the box, its part of the cube is cut there in two.
     """
+    cut = 1.0
+    if length == 0.0:
+        cut = min(1.0, max(-1.0, (isotropic_leg(a, b) / q_c - 1.0) / lam))
+    below = _part_means(a, b, q_c, lam, length, spin, nodes, weights, -1.0, cut)
+    above = _part_means(a, b, q_c, lam, length, spin, nodes, weights, cut, 1.0)
+    volume = below[2] + above[2]
+    return (
+        min(below[0], above[0]),
+        min(below[1], above[1]),
+        volume * (2.0 * q_c * lam) ** 3,
+        (below[3] + above[3]) / volume,
+    )
+
+
+@kernel
+def _part_means(
+    a: float,
+    b: float,
+    q_c: float,
+    lam: float,
+    length: float,
+    spin: float,
+    nodes: FloatArray,
+    weights: FloatArray,
+    start: float,
+    end: float,
+) -> tuple[float, float, float, float]:
+    """Return the same over the part of the cube that stands on its diagonal from start to end."""
+    smallest, volume, mean = math.inf, 0.0, 0.0
+    half, middle = 0.5 * (end - start), 0.5 * (end + start)
+    if half < SMALLEST_PART:
+        return 1.0, smallest, volume, mean
     hx, hy, s = 0.0, 0.0, level(q_c, a, b)
     p1 = p2 = p3 = q_c
-    reach = q_c * lam
-    share = volume = mean = 0.0
-    smallest = math.inf
     for k in range(nodes.shape[0]):
-        q1, q2, q3 = q_c + reach * nodes[k, 0], q_c + reach * nodes[k, 1], q_c + reach * nodes[k, 2]
+        center = 0.5 * (nodes[k, 0] + nodes[k, 2])
+        radius = 0.5 * (nodes[k, 2] - nodes[k, 0])
+        shift = 1.0 + lam * ((1.0 - radius) * middle + (half - 1.0) * center)
+        q1 = q_c * (shift + lam * nodes[k, 0])
+        q2 = q_c * (shift + lam * nodes[k, 1])
+        q3 = q_c * (shift + lam * nodes[k, 2])
         hx, hy, s, done = follow(hx, hy, s, p1, p2, p3, q1, q2, q3, a, b)
         p1, p2, p3 = q1, q2, q3
-        share += done
         if done < 1.0:
-            break
+            return k / nodes.shape[0], smallest, volume, mean
         det, lci = conditioning(hx, hy, s, a, b, length, spin)
+        part = half * weights[k] / abs(det)
         smallest = min(smallest, det)
-        volume += weights[k] / det
-        mean += weights[k] / det * lci
-    return share / nodes.shape[0], smallest, volume * (2.0 * reach) ** 3, mean / volume
+        volume += part
+        mean += part * lci
+    return 1.0, smallest, volume, mean
 
 
 LOCAL = ("lci", "det", "fold", "parasitic", "tilt", "s_angle", "r_angle")

@@ -52,23 +52,31 @@ class Spr3Task(Task):
     """What the 3-SPR must do; the defaults are the paper's legs and size, and limits of ours."""
 
     lam: float = quantity(
-        0.2, "", "half the legs' stroke over their middle length", legal=(0.02, 0.5)
+        0.2,
+        "",
+        "half the legs' stroke over their middle length",
+        legal=(0.02, 0.5),
+        family=(0.19, 0.25),
     )
     D: float = quantity(0.43, "m", "characteristic length (a + b + q_c) / 3", legal=(0.01, 10.0))
     volume_min: float = quantity(
-        0.15, "", "smallest volume of the workspace over D^3", legal=(1e-4, 2.0)
+        0.15,
+        "",
+        "smallest volume of the workspace over D^3",
+        legal=(1e-4, 2.0),
+        family=(0.045, 0.15),
     )
     parasitic_max: float = quantity(
-        0.06, "", "largest parasitic offset over D", legal=(1e-3, 1.0)
+        0.06, "", "largest parasitic offset over D", legal=(1e-3, 1.0), family=(0.055, 0.125)
     )
     s_angle_max: float = quantity(
-        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5)
+        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5), family=(0.77, 1.15)
     )
     r_angle_min: float = quantity(
-        0.0, "rad", "smallest angle of an R joint, 0 = off", legal=(0.0, 1.5)
+        0.0, "rad", "smallest angle of an R joint, 0 = off", legal=(0.0, 1.5), family=(0.0, 0.75)
     )
     lci_low: float = quantity(
-        0.3, "", "smallest local conditioning index", legal=(0.01, 0.95)
+        0.3, "", "smallest local conditioning index", legal=(0.01, 0.95), family=(0.3, 0.64)
     )
 
 

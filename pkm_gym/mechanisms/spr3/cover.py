@@ -1,0 +1,158 @@
+"""Covering a cylinder: what the 3-SPR needs for it, and how well it is conditioned there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pkm_gym.core.compile import kernel
+from pkm_gym.core.mechanism import IndexMap, dimension
+from pkm_gym.core.sampling import lowest_of_five, rectangle
+from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, joint_angle_extremes
+from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
+from pkm_gym.mechanisms.spr3.mechanism import Spr3
+
+if TYPE_CHECKING:
+    from pkm_gym.mechanisms.spr3.cylinder import CylinderTask
+
+SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
+
+
+@kernel
+def _look(
+    x: float, y: float, z: float, a: float, b: float, extremes: FloatArray
+) -> tuple[float, float]:
+    """Return the shortest leg and the smallest S cosine at a position, and keep the extremes.
+
+    ``extremes`` (7,): positions looked at, the sum of the shares of the way there, smallest det J,
+    shortest and longest leg (m), smallest S cosine, smallest margin to the fold.
+    """
+    hx, hy, s, done = pose_at(x, y, z, b)
+    extremes[0] += 1.0
+    extremes[1] += done
+    if done < 1.0:
+        return math.inf, math.inf
+    det, _ = conditioning(hx, hy, s, a, b, 0.0, 1.0)
+    q1 = leg_length(hx, hy, s, a, b, COS[0], SIN[0])
+    q2 = leg_length(hx, hy, s, a, b, COS[1], SIN[1])
+    q3 = leg_length(hx, hy, s, a, b, COS[2], SIN[2])
+    s_cos, _ = joint_angle_extremes(hx, hy, s, a, b)
+    extremes[2] = min(extremes[2], det)
+    extremes[3] = min(extremes[3], q1, q2, q3)
+    extremes[4] = max(extremes[4], q1, q2, q3)
+    extremes[5] = min(extremes[5], s_cos)
+    extremes[6] = min(extremes[6], fold_margin(hx, hy, s, b))
+    return min(q1, q2, q3), s_cos
+
+
+@kernel
+def cylinder_extremes(
+    a: float, b: float, z_c: float, radius: float, height: float, extremes: FloatArray
+) -> None:
+    """Fill ``extremes`` (7,), see ``_look``, over a cylinder.
+
+    Looked at: the rims, the ends of the axis and the near end's radius under leg 3, where the
+    extremes lie; for the shortest leg and the S angle once more between the samples.
+    """
+    near, far = z_c - 0.5 * height, z_c + 0.5 * height
+    extremes[:] = 0.0
+    extremes[2] = extremes[3] = extremes[5] = extremes[6] = math.inf
+    shortest, cosines = np.empty(5), np.empty(5)
+    for k in range(5):
+        x, y = radius * math.cos(0.25 * k * SIXTH), radius * math.sin(0.25 * k * SIXTH)
+        _, cosines[k] = _look(x, y, near, a, b, extremes)
+        shortest[k], _ = _look(0.25 * k * radius, 0.0, near, a, b, extremes)
+        _look(x, y, far, a, b, extremes)
+    _look(0.0, 0.0, far, a, b, extremes)
+    if extremes[1] == extremes[0]:
+        _, again = lowest_of_five(shortest)
+        _look(0.25 * again * radius, 0.0, near, a, b, extremes)
+        _, again = lowest_of_five(cosines)
+        azimuth = 0.25 * again * SIXTH
+        _look(radius * math.cos(azimuth), radius * math.sin(azimuth), near, a, b, extremes)
+
+
+@kernel
+def cylinder_mean(
+    a: float,
+    b: float,
+    z_c: float,
+    radius: float,
+    height: float,
+    length: float,
+    spin: float,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> tuple[float, float]:
+    """Return the smallest det J and the mean conditioning index over nodes of the cylinder.
+
+    ``nodes`` (k, 3) and ``weights`` (k,) are those of ``triangular_cylinder``. The index has a cusp
+    at the isotropic pose z = b / sqrt(2): where the cylinder holds it, it is cut there in two.
+    """
+    near, far = z_c - 0.5 * height, z_c + 0.5 * height
+    cut = far
+    if length == 0.0:
+        cut = min(far, max(near, b * math.sqrt(0.5)))
+    det, mean = math.inf, 0.0
+    for start, end in ((near, cut), (cut, far)):
+        part = (end - start) / height
+        if part < SMALLEST_PART:
+            continue
+        for k in range(nodes.shape[0]):
+            z = 0.5 * (start + end + (end - start) * nodes[k, 2])
+            hx, hy, s, done = pose_at(radius * nodes[k, 0], radius * nodes[k, 1], z, b)
+            if done < 1.0:
+                return -math.inf, math.nan
+            here, lci = conditioning(hx, hy, s, a, b, length, spin)
+            det = min(det, here)
+            mean += part * weights[k] * lci
+    return det, mean
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderSpr3(Spr3):
+    """A 3-SPR with just the legs that a cylinder of positions asks for."""
+
+    z_c: float = dimension("m", "height of the cylinder's centre over the fixed platform")
+    radius: float = dimension("m", "radius of the cylinder")
+    height: float = dimension("m", "height of the cylinder")
+
+    def workspace(self) -> FloatArray:
+        """Return the cylinder's outline (5, 2) in the mirror plane of leg 3, m."""
+        near, far = self.z_c - 0.5 * self.height, self.z_c + 0.5 * self.height
+        r = self.radius
+        return np.array([(-r, near), (r, near), (r, far), (-r, far), (-r, near)])
+
+    def workspace_grid(self, columns: int, rows: int) -> FloatArray:
+        """Return poses (rows, columns, 3) over the cylinder's section by that plane."""
+        near, far = self.z_c - 0.5 * self.height, self.z_c + 0.5 * self.height
+        points = rectangle((-self.radius, near), (self.radius, far), columns, rows)
+        return self.pose_at(np.insert(points, 1, 0.0, axis=-1))
+
+    def cylinder_points(self) -> FloatArray:
+        """Return positions (n, 3), m, over a third of the cylinder's ends and their rims."""
+        ends = self.z_c + 0.5 * self.height * np.array([-1.0, 1.0])
+        radii, azimuths, z = np.meshgrid(
+            np.linspace(0.0, self.radius, 5), np.linspace(0.0, 2.0 * SIXTH, 9), ends
+        )
+        points = np.stack([radii * np.cos(azimuths), radii * np.sin(azimuths), z], axis=-1)
+        return points.reshape(-1, 3)
+
+    def sample_poses(self) -> FloatArray:
+        """Return the poses at the centre and at two opposite ends of the rims (3, 3)."""
+        r, half = self.radius, 0.5 * self.height
+        ends = [(0.0, 0.0, self.z_c), (r, 0.0, self.z_c - half), (-r, 0.0, self.z_c + half)]
+        return self.pose_at(np.array(ends))
+
+    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the S joints' angle at poses (..., 3)."""
+        return {"s_angle": Spr3.index_maps(self, pose)["s_angle"]}
+
+    def local_violations(self, pose: FloatArray, task: CylinderTask) -> dict[str, FloatArray]:
+        """Return by how much poses (..., 3) break the limits of the task; NaN beyond the fold."""
+        local = self.local_indices(pose)
+        return {"determinant": -local["det"], "s_angle": local["s_angle"] - task.s_angle_max}
