@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -64,18 +64,7 @@ class Pool:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the pool; the file appears whole or not at all."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        content = {name: getattr(self, name) for name in ARRAYS + TEXTS}
-        try:
-            with temporary.open("wb") as file:
-                np.savez_compressed(file, **content)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_npz(path, {name: getattr(self, name) for name in ARRAYS + TEXTS})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], problem: DesignProblem) -> Self:
@@ -89,13 +78,28 @@ class Pool:
         complaint = next(_complaints(content, problem), None)
         if complaint:
             raise ValueError(f"{str(path)!r} {complaint}: {_wanted(problem)}")
-        values: dict[str, Any] = {name: np.ascontiguousarray(content[name]) for name in ARRAYS}
-        return cls(**values, **{name: str(content[name]) for name in TEXTS})
+        values: dict[str, Any] = {name: content[name] for name in ARRAYS}
+        return cls(**values, hash=problem.hash(), command=str(content["command"]))
+
+
+def write_npz(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
+    """Write arrays to an npz file that appears whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with temporary.open("wb") as file:
+            np.savez_compressed(file, **content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         reason = "does not exist"
@@ -123,9 +127,9 @@ def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Itera
     n = content["tasks"].shape[:1]
     m, d, c = len(problem.task_variables), len(problem.low), len(problem.constraint_names)
     shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n)
-    for name, kind, shape in zip(ARRAYS, "ffffbb", shapes, strict=True):
+    for name, kind, shape in zip(ARRAYS, (*[float] * 4, bool, bool), shapes, strict=True):
         array = content[name]
-        if array.dtype.kind != kind or array.shape != shape:
+        if array.dtype != kind or array.shape != shape:
             yield f"has {name} as {array.dtype} of shape {array.shape}, not of shape {shape}"
     for name in ("tasks", "starts", "designs"):
         if not np.isfinite(content[name]).all():

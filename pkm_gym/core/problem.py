@@ -179,8 +179,8 @@ class DesignProblem(ABC):
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """Optuna's word for each objective's direction."""
-        return tuple(objective.direction for objective in self.objectives)
+        """Optuna's word for each objective's direction: "minimize" or "maximize"."""
+        return tuple(objective.direction.replace("ise", "ize") for objective in self.objectives)
 
     def evaluate(self, designs: FloatArray, tasks: Task | FloatArray | None = None) -> Evaluation:
         """Evaluate designs (n, d) for one task, or for packed tasks (n, m), in one compiled call.

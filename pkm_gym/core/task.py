@@ -154,7 +154,7 @@ class Task:
             i, j = np.argwhere(bad)[0]
             item = cls.variables()[j]
             raise ValueError(
-                f"task row {i}: {item.name} is {rows[i, j]!r}, it must be from "
+                f"task row {i}: {item.name} is {float(rows[i, j])!r}, it must be from "
                 f"{item.legal_low:g} to {item.legal_high:g} {item.unit}".rstrip()
             )
 

@@ -42,6 +42,15 @@ def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
     return attributes
 
 
+def record(trial: Any, evaluation: Evaluation, i: int) -> None:
+    """Set the constraints and user attributes of the trial of design i."""
+    names = evaluation.problem.constraint_names
+    for name, value in zip(names, evaluation.constraints[i], strict=True):
+        trial.set_constraint(name, float(value))
+    for name, value in trial_attributes(evaluation, i).items():
+        trial.set_user_attr(name, value)
+
+
 class TrialObjective:
     """The objective of an Optuna study: ``study.optimize(problem.objective_for(task))``."""
 
@@ -58,11 +67,6 @@ class TrialObjective:
     def __call__(self, trial: Any) -> float | tuple[float, ...]:
         """Evaluate what the trial suggests; set its constraints and user attributes."""
         evaluation = self.problem.evaluate(self.suggest(trial)[None], self.task)
-        for name, value in zip(
-            self.problem.constraint_names, evaluation.constraints[0], strict=True
-        ):
-            trial.set_constraint(name, float(value))
-        for name, value in trial_attributes(evaluation, 0).items():
-            trial.set_user_attr(name, value)
+        record(trial, evaluation, 0)
         values = tuple(map(float, trial_values(evaluation)[0]))
         return values[0] if len(values) == 1 else values

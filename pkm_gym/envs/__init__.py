@@ -1,1 +1,1 @@
-"""The environments."""
+"""Gymnasium environments."""

@@ -154,13 +154,14 @@ def dimensions_from_ratios(
 
 @kernel
 def dimensions_violation(lam_e: float, lam_l: float, gap: float) -> float:
-    """Return > 0 where the ratios make no machine, from 0 to 1."""
+    """Return > 0 where the ratios make no machine: from 1e-3, beyond any tolerance, to 1."""
     lam_H = lam_l - 1.0 + gap
     smallest = min(lam_e, lam_l, lam_H)
     largest = max(lam_e, lam_l, lam_H)
     if not (math.isfinite(lam_e) and math.isfinite(lam_l) and math.isfinite(gap)):
         return 1.0
-    return min(1.0, max(SMALLEST_RATIO - smallest, largest / LARGEST_RATIO - 1.0))
+    excess = max(SMALLEST_RATIO - smallest, largest / LARGEST_RATIO - 1.0)
+    return excess if excess <= 0.0 else min(1.0, excess + SMALLEST_RATIO)
 
 
 @kernel
@@ -371,9 +372,9 @@ class DiamondProblem(DesignProblem):
                 what = f"lacks {', '.join(missing)}" if missing else f"also has {', '.join(values)}"
                 raise ValueError(f"a design in lengths needs just e, l1, l2 and H: it {what}")
             e, l1, l2, H = lengths.values()
-            if not min(e, l1, l2, H) > 0.0:
+            if not all(0.0 < length < math.inf for length in lengths.values()):
                 raise ValueError(
-                    f"e, l1, l2, H are {e:g}, {l1:g}, {l2:g}, {H:g} m: all must be > 0"
+                    f"e, l1, l2, H are {e:g}, {l1:g}, {l2:g}, {H:g} m: all must be finite and > 0"
                 )
             ratios = {"lam_e": e / l1, "lam_l": l2 / l1, "gap": (H - l2) / l1 + 1.0}
             return ratios, {"delta": task.b / (2.0 * (e + l1))}

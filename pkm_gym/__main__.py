@@ -1,0 +1,183 @@
+"""The front door: the command ``pkm-gym``. It knows the verbs by name and imports one when asked.
+
+A verb's mistakes by the user are ``ValueError`` or ``OSError``; they leave as one sentence on
+stderr and exit code 2.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from importlib import import_module
+from importlib.metadata import version
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from pkm_gym.core.names import unknown
+
+# verb -> the function that does it, what it does
+VERBS = {
+    "list": ("pkm_gym.studies.catalogue:command", "Show the design problems, or one in full."),
+    "evaluate": ("pkm_gym.studies.evaluate:command", "Evaluate a design of your own."),
+    "study": ("pkm_gym.studies.study:command", "Do grid, search, polish and compare in one go."),
+    "grid": ("pkm_gym.studies.grid:command", "Evaluate the paper's grid."),
+    "search": ("pkm_gym.studies.search:command", "Search the design space with Optuna."),
+    "polish": ("pkm_gym.studies.polish:command", "Refine a design to the optimum near it."),
+    "compare": ("pkm_gym.studies.compare:command", "Compare searches with the paper's optimum."),
+    "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
+    "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
+    "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
+}
+
+# module -> the extra that brings it
+EXTRAS = {
+    "cmaes": "studies",
+    "netCDF4": "studies",
+    "optuna": "studies",
+    "optuna_dashboard": "studies",
+    "plotly": "studies",
+    "xarray": "studies",
+    "stable_baselines3": "agents",
+    "torch": "agents",
+}
+
+USER_ERROR = 2
+INTERRUPTED = 130
+
+
+class Verb(TyperCommand):
+    """A verb as the overview shows it; running it, or asking for its help, imports its module."""
+
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
+        """Return the context of the real command."""
+        return _load(str(self.name)).make_context(info_name, args, *more, **extra)
+
+
+class Command(TyperCommand):
+    """A verb's real command; after a flag that takes NAME=VALUE, several may follow."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse with the flag put before each further value."""
+        flags = {
+            flag
+            for parameter in self.params
+            if "=" in (getattr(parameter, "metavar", None) or "")
+            for flag in parameter.opts
+        }
+        return super().parse_args(ctx, _spread(args, flags))
+
+
+class Door(TyperGroup):
+    """All verbs, and what becomes of their errors."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**{**attributes, "subcommand_metavar": "VERB ..."})
+        for name, (_, line) in VERBS.items():
+            self.add_command(Verb(name, help=line, rich_help_panel="Verbs"))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Refuse an unknown verb with its closest match."""
+        if args[0] not in VERBS:
+            raise ValueError(unknown("verb", args[0], VERBS))
+        return super().resolve_command(ctx, args)
+
+    def main(self, *args: Any, **options: Any) -> NoReturn:
+        """Run and exit: 0, 2 after a user's mistake, 130 after Ctrl-C."""
+        try:
+            code = super().main(*args, **{**options, "standalone_mode": False})
+        except ModuleNotFoundError as error:
+            _refuse(_missing(error))
+        except (ValueError, OSError) as error:
+            _refuse(_sentence(error))
+        except typer.Abort:
+            code = INTERRUPTED
+        except Exception as error:
+            if not hasattr(error, "format_message"):
+                raise
+            _refuse(_usage(error))
+        if code == INTERRUPTED:
+            print("pkm-gym: interrupted", file=sys.stderr)
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+HELP = {"help_option_names": ["-h", "--help"]}
+PLAIN: dict[str, Any] = {"add_completion": False, "pretty_exceptions_enable": False}
+
+app = typer.Typer(cls=Door, invoke_without_command=True, context_settings=HELP, **PLAIN)
+
+
+@app.callback()
+def door(
+    context: typer.Context,
+    show_version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+) -> None:
+    """Design parallel kinematic machines: evaluate, search, compare."""
+    if show_version:
+        print(f"pkm_gym {version('pkm_gym')}")
+    elif context.invoked_subcommand is None:
+        print(context.get_help(), end="")
+
+
+def _load(verb: str) -> Any:
+    module, _, attribute = VERBS[verb][0].partition(":")
+    function = getattr(import_module(module), attribute)
+    single = typer.Typer(**PLAIN)
+    paragraphs = inspect.cleandoc(function.__doc__ or "").split("\n\n")
+    text = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)
+    single.command(verb, cls=Command, context_settings=HELP, help=text)(function)
+    return typer.main.get_command(single)
+
+
+def _spread(args: list[str], flags: set[str]) -> list[str]:
+    """Return ``--set a=1 b=2`` as ``--set a=1 --set b=2``."""
+    spread: list[str] = []
+    flag = ""
+    for at, argument in enumerate(args):
+        if argument.partition("=")[0] in flags:
+            flag = argument.partition("=")[0]
+        elif argument.startswith("-") or "=" not in argument:
+            flag = ""
+        elif flag and args[at - 1] != flag:
+            spread.append(flag)
+        spread.append(argument)
+    return spread
+
+
+def _missing(error: ModuleNotFoundError) -> str:
+    module = str(error.name).partition(".")[0]
+    if module not in EXTRAS:
+        raise error
+    extra = EXTRAS[module]
+    return (
+        f'this verb needs the extra "{extra}" (there is no module {module}): '
+        f'pip install "pkm_gym[{extra}]"'
+    )
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error)
+
+
+def _usage(error: Any) -> str:
+    """Return the sentence of an error in the arguments, and where help is."""
+    context = getattr(error, "ctx", None)
+    message = str(error.format_message()).rstrip(".")
+    return f"{message}; see {context.command_path} --help" if context else message
+
+
+def _refuse(sentence: str) -> NoReturn:
+    print(f"pkm-gym: {sentence}", file=sys.stderr)
+    sys.exit(USER_ERROR)
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="pkm-gym")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""From a figure to pixels or to a file."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# What keeps two runs' files the same: no date, no version.
+FORMATS = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+# Matplotlib's font and mathematics caches are shared by all threads.
+_drawing = threading.Lock()
+
+
+def figure_to_array(figure: Figure) -> npt.NDArray[np.uint8]:
+    """Return the figure's pixels: array (height, width, 3), uint8, of its own."""
+    canvas = FigureCanvasAgg(figure)
+    with _drawing:
+        canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib gives no type
+        pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]  # likewise
+        return np.asarray(pixels, dtype=np.uint8)[..., :3].copy()
+
+
+def save(figure: Figure, path: str | Path, *, dpi: float | None = None) -> Path:
+    """Write the figure to a .png, .svg or .pdf file, whole or not at all, and return its path.
+
+    Raises:
+        ValueError: for another extension.
+        OSError: where the file can't be written.
+    """
+    path = Path(path)
+    form = path.suffix.lower()
+    if form not in FORMATS:
+        raise ValueError(f"can't write {str(path)!r}: a picture's name ends in .png, .svg or .pdf")
+    part = path.with_name(f".{path.stem}.{threading.get_ident()}.part{form}")
+    try:
+        with _drawing:
+            figure.savefig(part, format=form[1:], dpi=dpi or "figure", metadata=FORMATS[form])
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path

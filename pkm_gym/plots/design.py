@@ -1,0 +1,167 @@
+"""One design in one picture: the machine, the map of its index, its numbers, its limits."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.mechanism import Mechanism
+from pkm_gym.core.names import check_known
+from pkm_gym.core.problem import DesignProblem, TaskLike
+from pkm_gym.core.task import Task
+from pkm_gym.core.types import FloatArray
+from pkm_gym.plots.machine import draw_machine
+from pkm_gym.plots.maps import WorkspaceMaps, draw_map
+from pkm_gym.plots.style import new_figure, panel, shown, words
+
+RIGHT = 0.57  # where the column of numbers begins
+BOTTOM = 0.275  # where it ends; below it stand the broken limits
+LINE = 0.03  # height of a line of words
+WRAP = 72  # letters of a line of words
+
+Rows = Mapping[str, tuple[float, str]]
+
+
+def design_figure(problem: DesignProblem, design: FloatArray, task: TaskLike = None) -> Figure:
+    """Draw a design (d,): machine to scale, index map, numbers with units, broken limits in words.
+
+    A design that is out of reach, or makes no machine, is drawn as far as it goes and says so.
+
+    Raises:
+        ValueError: for a design of the wrong shape or type, or an illegal task.
+    """
+    evaluation, machine, chosen = _asked(problem, design, task)
+    figure = new_figure(10.0, 6.0)
+    middle = _write(figure, evaluation, machine, chosen)
+    if machine is None:
+        figure.text(0.29, 0.5, "no machine to draw", ha="center", **words("title", color="faint"))
+        return figure
+    maps = WorkspaceMaps.of(machine, chosen, _broken(evaluation))
+    index = maps.chosen(problem.objectives[0].name)
+    axes = panel(figure, (0.062, 0.085, 0.465, 0.87), x="x (mm)", y="y (mm)")
+    draw_map(axes, maps, index, detail=False)
+    draw_machine(axes, machine)
+    box = (RIGHT + 0.05, middle + 0.11, 0.29, 0.765 - middle)
+    axes = panel(figure, box, x="x (mm)", y="y (mm)")
+    draw_map(axes, maps, index)
+    return figure
+
+
+def index_map_figure(
+    problem: DesignProblem, design: FloatArray, task: TaskLike = None, index: str | None = None
+) -> Figure:
+    """Draw local indices over the workspace of a design (d,), all of them or the one named.
+
+    Raises:
+        ValueError: for an index without a map (with its closest match), or as ``design_figure``.
+    """
+    evaluation, machine, chosen = _asked(problem, design, task)
+    if machine is None:
+        figure = new_figure(6.0, 2.2)
+        lines = "\n".join(textwrap.wrap(evaluation.explain(0), WRAP))
+        figure.text(0.5, 0.5, lines, ha="center", va="center", **words(color="bad"))
+        return figure
+    maps = WorkspaceMaps.of(machine, chosen, _broken(evaluation))
+    if index is not None:
+        check_known("index map", [index], maps.indices)
+    names = [index] if index else list(maps.indices)
+    docs = {item.name: item.doc for item in problem.index_table}
+    rows, columns = -(-len(names) // 2), min(2, len(names))
+    width, height = 5.0 * columns, 1.85 * rows
+    figure = new_figure(width, height)
+    for k, name in enumerate(names):
+        row, column = divmod(k, columns)
+        left, bottom = 5.0 * column + 0.62, height - 1.85 * (row + 1) + 0.47
+        box = (left / width, bottom / height, 3.5 / width, 1.1 / height)
+        axes = panel(
+            figure, box, x="x (mm)", y="y (mm)", title=docs[name][0].upper() + docs[name][1:]
+        )
+        draw_map(axes, maps, maps.indices[name])
+    return figure
+
+
+def _asked(
+    problem: DesignProblem, design: FloatArray, task: TaskLike
+) -> tuple[Evaluation, Mechanism | None, Task]:
+    """Return a design's evaluation, its machine or None where it makes none, and the task."""
+    chosen = problem.unpack(problem.pack(task))
+    evaluation = problem.evaluate(np.asarray(design)[None], chosen)
+    try:
+        machine = problem.mechanism(design, chosen)
+    except ValueError:
+        machine = None
+    return evaluation, machine, chosen
+
+
+def _broken(evaluation: Evaluation) -> tuple[str, ...]:
+    named = zip(evaluation.problem.constraint_names, evaluation.constraints[0], strict=True)
+    return tuple(name for name, value in named if value > 0.0)
+
+
+def _write(figure: Figure, evaluation: Evaluation, machine: Mechanism | None, task: Task) -> float:
+    """Write title, verdict, numbers and broken limits; return where the numbers begin."""
+    problem, design = evaluation.problem, evaluation.designs[0]
+    verdict, color = ("feasible", "good") if evaluation.feasible[0] else ("infeasible", "bad")
+    figure.text(RIGHT, 0.945, problem.name, **words("title", weight="bold"))
+    figure.text(RIGHT, 0.915, problem.title, **words("small", color="faint"))
+    figure.text(0.985, 0.945, verdict, ha="right", **words("title", color=color))
+
+    units = {v.name: v.unit for v in problem.all_variables}
+    dimensions = {k: (value, units[k]) for k, value in problem.named(design).items()}
+    if machine is not None:
+        dimensions.update(problem.derived(design, task))
+    tables = _indices(evaluation), dimensions, _changing(task)
+    top = BOTTOM + LINE * max(map(len, tables))
+    for title, x, width, rows in zip(
+        ("indices", "design", "task"), (0.0, 0.2, 0.313), (0.132, 0.078, 0.087), tables, strict=True
+    ):
+        _table(figure, RIGHT + x, top, width, title, rows, strong=problem.objectives[0].name)
+    if not evaluation.feasible[0]:
+        _sentences(figure, BOTTOM - 1.6 * LINE, evaluation.explain(0).split("\n"))
+    return top
+
+
+def _indices(evaluation: Evaluation) -> Rows:
+    units = {index.name: index.unit for index in evaluation.problem.index_table}
+    return {name: (float(v[0]), units[name]) for name, v in evaluation.indices.items()}
+
+
+def _changing(task: Task) -> Rows:
+    """Return the task's numbers that a Family draws or that differ from the paper's."""
+    values = {v: getattr(task, v.name) for v in task.variables()}
+    return {v.name: (x, v.unit) for v, x in values.items() if v.drawn or x != v.default}
+
+
+def _table(
+    figure: Figure, x: float, y: float, width: float, title: str, rows: Rows, strong: str
+) -> None:
+    """Write names, numbers right-aligned at x + width, and units from y downwards."""
+    figure.text(x, y, title, **words("small", color="faint"))
+    for name, (value, unit) in rows.items():
+        y -= LINE
+        number, written = shown(value, unit)
+        text = f"{number:.4g}".replace("-", "−") if np.isfinite(number) else "–"
+        weight = "bold" if name == strong else "normal"
+        figure.text(x, y, name, **words("text"))
+        figure.text(x + width, y, text, ha="right", **words("text", weight=weight))
+        if written:
+            figure.text(x + width + 0.005, y, written, **words("small", color="faint"))
+
+
+def _sentences(figure: Figure, y: float, sentences: list[str]) -> None:
+    """Write sentences from y downwards, and just the limits' names where there is no more room."""
+    step = 0.85 * LINE
+    room = int((y - 0.02) / step)
+    lines: list[str] = []
+    for k, sentence in enumerate(sentences):
+        wrapped = textwrap.wrap(sentence, WRAP, subsequent_indent="    ")
+        if len(lines) + len(wrapped) > room - (k < len(sentences) - 1):
+            lines.append("and " + ", ".join(rest.partition(":")[0] for rest in sentences[k:]))
+            break
+        lines += wrapped
+    for k, line in enumerate(lines):
+        figure.text(RIGHT, y - k * step, line, **words("small", color="bad"))

@@ -1,0 +1,161 @@
+"""Index maps over the workspace of a design."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
+from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
+
+from pkm_gym.core.mechanism import IndexMap, Mechanism
+from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.plots.style import STYLE, label, shown, style_ticks, words
+
+COLUMNS, ROWS = 161, 33  # of the samples
+BANDS = 48  # of colour
+
+
+@dataclass(frozen=True)
+class WorkspaceMaps:
+    """Local indices of one machine on a grid over its workspace.
+
+    Attributes:
+        machine: the machine.
+        x: array (rows, columns), mm.
+        y: array (rows, columns), mm.
+        indices: the local indices, arrays (rows, columns), NaN out of reach.
+        violations: broken constraint -> array (rows, columns), > 0 where it is broken.
+    """
+
+    machine: Mechanism
+    x: FloatArray
+    y: FloatArray
+    indices: Mapping[str, IndexMap]
+    violations: Mapping[str, FloatArray]
+
+    @classmethod
+    def of(cls, machine: Mechanism, task: Any, broken: Container[str]) -> WorkspaceMaps:
+        """Measure a machine over its workspace; only ``broken`` constraints are looked up."""
+        poses = machine.workspace_grid(COLUMNS, ROWS)
+        local = machine.local_violations(poses, task)
+        return cls(
+            machine,
+            1e3 * poses[..., 0],
+            1e3 * poses[..., 1],
+            machine.index_maps(poses),
+            {name: values for name, values in local.items() if name in broken},
+        )
+
+    @property
+    def out_of_reach(self) -> BoolArray:
+        """Array (rows, columns): where nothing can be measured."""
+        return np.isnan(next(iter(self.indices.values())).values)
+
+    def chosen(self, index: str | None) -> IndexMap:
+        """Return the map of a design's index, or the first where the index has none."""
+        return self.indices.get(index or "", next(iter(self.indices.values())))
+
+
+def draw_map(axes: Axes, maps: WorkspaceMaps, index: IndexMap, *, detail: bool = True) -> None:
+    """Draw a local index over the workspace: colours, and hatched what breaks a limit.
+
+    Args:
+        axes: where to draw, in mm.
+        maps: the machine's maps.
+        index: one of them.
+        detail: contour lines, marks of the worst poses and a colour bar beside the axes, too.
+    """
+    outline = 1e3 * maps.machine.workspace()
+    axes.add_patch(Polygon(outline, facecolor=STYLE["undefined"], edgecolor="none", zorder=1))
+    if maps.out_of_reach.any():
+        hatch(axes, maps.x, maps.y, maps.out_of_reach.astype(float), 0.5, "faint")
+    if maps.out_of_reach.all():
+        return
+    values, _ = shown(index.values, index.unit)
+    low, high = colour_range(values)
+    bands = axes.contourf(
+        maps.x, maps.y, values, levels=np.linspace(low, high, BANDS + 1), cmap=STYLE["map"],
+        extend="max" if np.nanmax(values) > high else "neither", zorder=1.5,
+    )  # fmt: skip
+    _draw_broken(axes, maps)
+    if detail:
+        axes.set_xlim(outline[:, 0].min(), outline[:, 0].max())
+        axes.set_ylim(outline[:, 1].min(), outline[:, 1].max())
+        _draw_contours(axes, maps, np.clip(values, low, high))
+        _mark_extremes(axes, maps, index)
+        colour_bar(axes, bands, label(index.name, index.unit))
+
+
+def colour_range(values: FloatArray) -> tuple[float, float]:
+    """Return the range of the colours: all values, but a pole is cut at three times the median."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if low > 0.0:
+        high = min(high, 3.0 * float(np.nanmedian(values)))
+    return low, max(high, low + 1e-6 * max(1.0, abs(low)))
+
+
+def hatch(
+    axes: Axes,
+    x: FloatArray,
+    y: FloatArray,
+    z: FloatArray,
+    at: float,
+    color: str,
+    pattern: str = "/////",
+) -> None:
+    """Hatch where ``z`` exceeds ``at``, with a thin outline."""
+    area = axes.contourf(x, y, z, levels=[at, np.inf], colors="none", hatches=[pattern], zorder=2.2)
+    area.set(edgecolor=STYLE[color], linewidth=0.0, hatch_linewidth=0.4)
+    axes.contour(x, y, z, levels=[at], colors=STYLE[color], linewidths=1.0, zorder=2.3)
+
+
+def colour_bar(axes: Axes, bands: ContourSet, text: str) -> None:
+    """Put a slim colour bar to the right of the axes."""
+    levels = np.asarray(bands.levels)
+    low, high = float(levels[0]), float(levels[-1])
+    ticks = [tick for tick in MaxNLocator(5).tick_values(low, high) if low <= tick <= high]
+    bar_axes = axes.inset_axes((1.025, 0.0, 0.028, 1.0))
+    bar = axes.figure.colorbar(bands, cax=bar_axes, ticks=ticks)
+    style_ticks(bar_axes)
+    bar.outline.set(linewidth=STYLE["thin"], edgecolor=STYLE["faint"])
+    bar.set_label(text, **words("text"), labelpad=4)
+
+
+def _draw_broken(axes: Axes, maps: WorkspaceMaps) -> None:
+    if not maps.violations:
+        return
+    worst = np.max(np.stack(list(maps.violations.values())), axis=0)
+    worst = np.ma.masked_where(maps.out_of_reach, worst)
+    if (worst > 0.0).any():
+        hatch(axes, maps.x, maps.y, worst, 0.0, "bad")
+
+
+def _draw_contours(axes: Axes, maps: WorkspaceMaps, values: FloatArray) -> None:
+    levels = MaxNLocator(5).tick_values(np.nanmin(values), np.nanmax(values))
+    bright = np.nanmin(values) + 0.65 * np.ptp(values[np.isfinite(values)])
+    colors = [STYLE["ink"] if level > bright else "white" for level in levels]
+    lines = axes.contour(
+        maps.x, maps.y, values, levels=levels, colors=colors, linewidths=0.6, alpha=0.8, zorder=2
+    )
+    axes.clabel(lines, fontsize=STYLE["small"] - 1.0, inline_spacing=2)
+
+
+def _mark_extremes(axes: Axes, maps: WorkspaceMaps, index: IndexMap) -> None:
+    """Mark the worst pose of the index and of every broken limit."""
+    at = np.nanargmax(index.values) if index.extreme == "max" else np.nanargmin(index.values)
+    _mark(axes, maps, int(at), "ink", "o")
+    for values in maps.violations.values():
+        if np.nanmax(values) > 0.0:
+            _mark(axes, maps, int(np.nanargmax(values)), "bad", "X")
+
+
+def _mark(axes: Axes, maps: WorkspaceMaps, at: int, color: str, marker: str) -> None:
+    axes.plot(
+        maps.x.ravel()[at], maps.y.ravel()[at], linestyle="none", marker=marker, markersize=6,
+        color=STYLE[color], markeredgecolor="white", markeredgewidth=0.8, zorder=6, clip_on=False,
+    )  # fmt: skip

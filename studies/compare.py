@@ -1,0 +1,234 @@
+"""``pkm-gym compare``: the paper, its grid, a polished design and the samplers, side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import optuna
+import typer
+from optuna.study import StudyDirection
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.studies.arguments import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SetOption,
+    problem_from,
+)
+from pkm_gym.studies.grid import evaluate_grid
+from pkm_gym.studies.polish import polish, verified_optimum
+from pkm_gym.studies.report import (
+    Row,
+    markdown,
+    paper_rows,
+    ranking,
+    rich_table,
+    row_of,
+    verdict,
+    whole_file,
+)
+from pkm_gym.studies.runner import Runner
+from pkm_gym.studies.samplers import check_sampler, make_sampler, values_for
+from pkm_gym.studies.search import own_command
+from pkm_gym.studies.storage import quiet, run_folder
+from pkm_gym.studies.terminal import console
+
+SAMPLERS = ("tpe", "cmaes", "qmc", "random")
+SLOW = ("gp",)
+SLOW_EVALUATIONS = 100  # a Gaussian process takes seconds a trial
+EVALUATIONS = 300
+SEEDS = 5
+POLISHED = 10  # how many of the best known designs are polished
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A table of the ways to a design.
+
+    Attributes:
+        problem: what was searched.
+        rows: one for each way; of a sampler's runs, that of median regret.
+        runs: sampler -> one row for each seed.
+        verdict: a sentence on the printed value.
+    """
+
+    problem: DesignProblem
+    rows: list[Row]
+    runs: dict[str, list[Row]]
+    verdict: str
+
+
+def compare(
+    problem: DesignProblem,
+    *,
+    evaluations: int = EVALUATIONS,
+    seeds: int = SEEDS,
+    full: bool = False,
+    progress: Callable[[], None] = lambda: None,
+) -> Comparison:
+    """Compare the ways to a design of one problem and its task.
+
+    Args:
+        problem: with one objective.
+        evaluations: how many designs each run of a sampler may evaluate.
+        seeds: runs of each sampler.
+        full: whether slow samplers run too, with at most 100 evaluations.
+        progress: called after each run.
+
+    Raises:
+        ValueError: in one sentence, for several objectives or numbers below 1.
+    """
+    if len(problem.objectives) > 1:
+        raise ValueError("compare ranks designs by one objective: give a single --objective")
+    for what, number in (("evaluations", evaluations), ("seeds", seeds)):
+        if number < 1:
+            raise ValueError(f"{what} is {number}: it must be at least 1")
+    optimum = verified_optimum(problem)
+    known = [problem.printed_design()[None]]
+    rows = paper_rows(problem, optimum)
+    if problem.grid() is not None:
+        grid = evaluate_grid(problem)
+        rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
+        known.append(grid.designs[ranking(grid)[:POLISHED]])
+    rows.append(row_of("polished", polish(problem, np.concatenate(known)), 0, optimum))
+    runs: dict[str, list[Row]] = {}
+    for sampler in SAMPLERS + (SLOW if full else ()):
+        number = min(evaluations, SLOW_EVALUATIONS) if sampler in SLOW else evaluations
+        runs[sampler] = []
+        for seed in range(seeds):
+            found = run(problem, sampler, seed=seed, evaluations=number)
+            name = f"{sampler}, seed {seed}"
+            runs[sampler].append(row_of(name, found, 0, optimum, evaluations=number))
+            progress()
+        rows.append(median(f"{sampler}, median of {seeds}", runs[sampler]))
+    if optimum is not None:
+        rows.append(optimum)
+    return Comparison(problem, rows, runs, verdict(problem))
+
+
+def run(problem: DesignProblem, sampler: str, *, seed: int, evaluations: int) -> Evaluation:
+    """Search in memory and return the evaluation of the answer, one design."""
+    check_sampler(sampler, len(problem.objectives))
+    values = values_for(sampler)
+    words = problem.directions if values == "objectives" else ("minimize",)
+    with quiet():
+        study = optuna.create_study(
+            sampler=make_sampler(sampler, seed=seed),
+            directions=[StudyDirection[word.upper()] for word in words],
+        )
+        runner = Runner(study, problem, trials=evaluations, values=values)
+        if runner.run():
+            raise KeyboardInterrupt
+    assert runner.best is not None
+    return runner.best
+
+
+def median(name: str, runs: Sequence[Row]) -> Row:
+    """Return the run of median distance from the optimum; without a feasible design it is last.
+
+    ``feasible`` says how many runs found one.
+    """
+    feasible = sum(row.feasible == "yes" for row in runs)
+    order = sorted(runs, key=lambda row: row.above if row.feasible == "yes" else np.inf)
+    middle = order[(len(runs) - 1) // 2]
+    return Row(
+        name,
+        middle.value,
+        middle.design,
+        evaluations=middle.evaluations,
+        above=middle.above,
+        feasible=f"{feasible} of {len(runs)}",
+    )
+
+
+def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path, Path]:
+    """Write compare.json and compare.md, each whole or not at all; return their paths."""
+    problem = comparison.problem
+    content: dict[str, Any] = {
+        "problem": problem.name,
+        "objective": asdict(problem.objectives[0]),
+        "hash": problem.hash(),
+        "task": asdict(problem.task),
+        "options": asdict(problem.options),
+        "fixed": dict(problem.fixed),
+        "rows": [asdict(row) for row in comparison.rows],
+        "runs": {name: [asdict(r) for r in rows] for name, rows in comparison.runs.items()},
+        "verdict": comparison.verdict,
+        "version": version("pkm_gym"),
+        "command": command,
+    }
+    text = markdown(problem, comparison.rows)
+    if comparison.verdict:
+        text += f"\n\n{comparison.verdict}"
+    paths = folder / "compare.json", folder / "compare.md"
+    for path, written in zip(paths, (_json(content), text), strict=True):
+        with whole_file(path) as part:
+            part.write_text(written + "\n", encoding="utf-8")
+    return paths
+
+
+def _json(content: Any) -> str:
+    """Return JSON, null for what is not a number."""
+    finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
+    return json.dumps(finite, indent=2)
+
+
+def command(
+    name: Name,
+    evaluations: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Designs that each run may evaluate.")
+    ] = EVALUATIONS,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of each sampler.")] = SEEDS,
+    full: Annotated[
+        bool,
+        typer.Option("--full", help="With the sampler gp too, which takes many minutes."),
+    ] = False,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+) -> None:
+    """Compare the paper's optimum, its grid, a polished design and Optuna's samplers.
+
+    Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
+    every run, to compare.json.
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    screen = console()
+    with comparison_bar(screen, seeds, full=full) as progress:
+        comparison = compare(
+            problem, evaluations=evaluations, seeds=seeds, full=full, progress=progress
+        )
+    screen.print(rich_table(problem, comparison.rows))
+    if comparison.verdict:
+        screen.print(comparison.verdict)
+    written = save(comparison, run_folder(name), own_command())
+    screen.print(f"written: {', '.join(map(str, written))}", soft_wrap=True)
+
+
+@contextmanager
+def comparison_bar(screen: Console, seeds: int, *, full: bool) -> Iterator[Callable[[], None]]:
+    """Give the ``progress`` of a comparison that moves a bar."""
+    bar = Progress(
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("runs"),
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+    )
+    with bar:
+        line = bar.add_task("", total=seeds * len(SAMPLERS + (SLOW if full else ())))
+        yield lambda: bar.advance(line)

@@ -1,0 +1,150 @@
+"""``pkm-gym study``: grid, search, polish and compare in one go, and what came out of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.units import show
+from pkm_gym.studies.arguments import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SetOption,
+    problem_from,
+)
+from pkm_gym.studies.compare import EVALUATIONS, SEEDS, compare, comparison_bar
+from pkm_gym.studies.compare import save as save_comparison
+from pkm_gym.studies.grid import grid
+from pkm_gym.studies.polish import judged, polish, verified_optimum
+from pkm_gym.studies.report import printed_value, rich_table, row_of
+from pkm_gym.studies.search import TRIALS, own_command, search, search_bar
+from pkm_gym.studies.storage import default_storage, run_folder
+from pkm_gym.studies.terminal import BAD, HEAD, console
+
+PICTURE = "design.png"
+
+
+def study(
+    problem: DesignProblem, screen: Console, *, trials: int = TRIALS, seed: int = 0
+) -> Evaluation:
+    """Evaluate the paper's grid, search, polish, compare; write everything under runs/.
+
+    Args:
+        problem: what is studied, with its task; one objective.
+        screen: where each step reports.
+        trials: of the search.
+        seed: of the search.
+
+    Returns:
+        The evaluation of the best design found, one design.
+
+    Raises:
+        ValueError: in one sentence, for what one of the steps refuses.
+    """
+    command = own_command()
+    starts = [problem.printed_design()]
+    if problem.grid() is not None:
+        screen.print(_step(1, "the paper's grid"))
+        evaluated = grid(problem, command=command)
+        starts.append(evaluated.designs[evaluated.best()])
+        screen.print(f"{len(evaluated):,} designs, {int(evaluated.feasible.sum()):,} feasible")
+    screen.print(_step(2, "search with TPE"))
+    with search_bar(screen, problem, trials) as report:
+        found = search(problem, trials=trials, seed=seed, command=command, report=report)
+    if found.stopped:
+        raise KeyboardInterrupt
+    starts.append(found.best.designs[0])
+    screen.print(f"{found.finished} trials in the study {found.study.study_name}")
+    screen.print(_step(3, "polish the best design"))
+    polished = polish(problem, np.array(starts))
+    optimum = verified_optimum(problem)
+    screen.print(judged(row_of("polished", polished, 0, optimum), optimum))
+    screen.print(_step(4, f"compare {SEEDS} runs of {EVALUATIONS} evaluations of each sampler"))
+    with comparison_bar(screen, SEEDS, full=False) as progress:
+        comparison = compare(problem, progress=progress)
+    save_comparison(comparison, run_folder(problem.name), command)
+    screen.print(rich_table(problem, comparison.rows))
+    if comparison.verdict:
+        screen.print(comparison.verdict)
+    _draw(polished)
+    return polished
+
+
+def _step(number: int, what: str) -> Text:
+    return Text(f"\n{number}/4 {what}", style=HEAD)
+
+
+def _draw(best: Evaluation) -> None:
+    from pkm_gym.plots import design_figure, save
+
+    save(design_figure(best.problem, best.designs[0]), run_folder(best.problem.name) / PICTURE)
+
+
+def summary(best: Evaluation) -> list[str]:
+    """Say what was found, how it compares, where the files are and how to look at them."""
+    problem = best.problem
+    folder = run_folder(problem.name)
+    first = problem.objectives[0]
+    value = float(best.objectives[0, 0])
+    named = ", ".join(f"{name} = {x:.4g}" for name, x in problem.named(best.designs[0]).items())
+    lengths = ", ".join(
+        f"{name} = {show(*dimension)}"
+        for name, dimension in problem.derived(best.designs[0]).items()
+    )
+    lines = [f"found: {first.name} = {show(value, first.unit)} at {named} ({lengths})"]
+    optimum = verified_optimum(problem)
+    lines.append(f"checked: it {judged(row_of('found', best, 0, optimum), optimum)}")
+    lines += _beside_paper(best)
+    files = ", ".join(("grid.nc", "compare.md", "compare.json", PICTURE))
+    lines.append(f"files: {files} in {folder}; studies in {default_storage(problem.name)}")
+    lines.append(f"look at it: pkm-gym dashboard {problem.name}")
+    return lines
+
+
+def _beside_paper(best: Evaluation) -> list[str]:
+    problem = best.problem
+    printed = printed_value(problem)
+    paper = problem.evaluate(problem.printed_design()[None])
+    if printed is None or not (best.feasible[0] and paper.feasible[0]):
+        return []
+    gain = -100.0 * math.expm1(best.log_merit[0] - paper.log_merit[0])
+    return [
+        f"paper: its design has {paper.objectives[0, 0]:.4g} with our model, so ours is "
+        f"{gain:.2f} % better; the printed {printed.printed:g} is {printed.verdict}"
+    ]
+
+
+def command(
+    name: Name,
+    trials: Annotated[
+        int, typer.Option(metavar="N", min=1, help="How many trials the search shall have.")
+    ] = TRIALS,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the search.")] = 0,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+) -> None:
+    """Evaluate the paper's grid, search with Optuna, polish the best design, compare all ways.
+
+    Everything goes to runs/NAME; the same command again goes on where it was.
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    screen = console()
+    began = time.monotonic()
+    best = study(problem, screen, trials=trials, seed=seed)
+    screen.print(Text(f"\n{problem.title}, {time.monotonic() - began:.0f} s", style=HEAD))
+    if not best.feasible[0]:
+        screen.print(best.explain(0), style=BAD)
+    for line in summary(best):
+        screen.print(line, soft_wrap=True)

@@ -1,0 +1,150 @@
+"""From words to a problem and a design, or to one sentence that says what is wrong."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym.studies.arguments import design_from, problem_from
+
+LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
+
+
+def given(*settings: str, **arguments):
+    problem = problem_from("diamond", settings, takes_design=True, **arguments)
+    return problem, design_from(problem, settings)
+
+
+def test_no_words_make_the_problem_as_it_comes():
+    problem, design = given()
+    assert problem.hash() == pkm_gym.make_problem("diamond").hash()
+    assert np.array_equal(design.design, problem.printed_design())
+    assert design.notes == ()
+
+
+def test_words_reach_task_options_fixed_values_bounds_and_objectives():
+    problem = problem_from(
+        "diamond",
+        ["task.payload=1500g", "task.alpha_low=30deg", "inertia=uniform-arm", "sampling=30x11"],
+        ["lam_e=0.6"],
+        ["lam_l=2:3"],
+        ["tau_peak", "condition"],
+    )
+    same = pkm_gym.make_problem(
+        "diamond",
+        task={"payload": 1.5, "alpha_low": math.radians(30.0)},
+        inertia="uniform-arm",
+        sampling=(30, 11),
+        fixed={"lam_e": 0.6},
+        bounds={"lam_l": (2.0, 3.0)},
+        objective=("tau_peak", "condition"),
+    )
+    assert problem.hash() == same.hash()
+    assert problem.task.payload == same.task.payload
+    assert problem.task.alpha_low == pytest.approx(same.task.alpha_low, rel=1e-14)
+
+
+@pytest.mark.parametrize(("text", "value"), [("true", True), ("YES", True), ("off", False)])
+def test_a_switch_is_said_in_words(text, value):
+    assert problem_from("diamond", [f"cycle={text}"]).options.cycle is value
+
+
+def test_what_is_set_goes_before_what_a_verb_asks_for():
+    assert problem_from("diamond", cycle=True).options.cycle
+    assert not problem_from("diamond", ["cycle=false"], cycle=True).options.cycle
+
+
+def test_four_lengths_make_a_design_of_those_lengths():
+    problem, design = given(*LENGTHS, "task.b=700mm")
+    machine = problem.mechanism(design.design, design.task)
+    assert [machine.e, machine.l1, machine.l2, machine.H] == pytest.approx(
+        [0.15, 0.25, 0.64, 0.493], rel=1e-12
+    )
+    assert machine.b == pytest.approx(0.7)
+    assert design.task.delta == pytest.approx(0.7 / (2 * (0.15 + 0.25)), rel=1e-12)
+    assert design.notes == ("e, l1, l2, H set task.delta = 0.875 (b / (2 (e + l1)))",)
+
+
+def test_lengths_agree_with_the_delta_that_they_set():
+    assert given(*LENGTHS, "task.delta=1")[1].task.delta == pytest.approx(1.0)
+
+
+def test_ratios_may_come_with_the_height_and_with_what_is_printed():
+    problem, design = given("lam_l=2.4", "lam_H=1.8")
+    assert problem.named(design.design) == pytest.approx(
+        {**problem.reference.design, "lam_l": 2.4, "gap": 0.4}
+    )
+    assert design.notes == ("lam_e as printed in the paper",)
+
+
+def test_a_fixed_value_stands_in_the_design():
+    problem, design = given("lam_l=2.4", fix=["lam_e=0.5"])
+    assert problem.named(design.design)["lam_e"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (["lame=0.6"], "unknown setting 'lame'; did you mean 'lam_e'?"),
+        (["payload=1kg"], "unknown setting 'payload'; did you mean 'task.payload'?"),
+        (["task.payloda=1kg"], "unknown setting 'task.payloda'; did you mean 'task.payload'?"),
+        (["inertia=unifrm"], "unknown inertia preset 'unifrm'; did you mean 'uniform-arm'?"),
+        (["lam_e"], "--set lam_e says no value: write --set lam_e=VALUE"),
+        (["lam_e="], "--set lam_e= says no value: write --set lam_e=VALUE"),
+        (["=1"], "--set =1 says no value: write --set NAME=VALUE"),
+        (["gap=1", "gap=2"], "--set gives gap twice: 1 and 2"),
+        (["gap=wide"], "gap is 'wide': it must be a finite number, such as 0.25"),
+        (
+            ["task.payload=1mm"],
+            "task.payload is '1mm': 'mm' is no unit of it, it is measured in kg, g",
+        ),
+        (["task.payload=11kg"], "task.payload is 11.0: it must be a number from 0 to 10 kg"),
+        (["sampling=24"], "sampling is (24,): it must be (columns, rows), each from 2 to 10000"),
+        (["sampling=a"], "sampling is 'a': write it like sampling=24x9"),
+        (["cycle=perhaps"], "cycle is 'perhaps': it must be true or false"),
+        (
+            [*LENGTHS, "task.delta=1.1"],
+            (
+                "task.delta = 1.1 disagrees with e, l1, l2, H, which set it to 1 "
+                "(b / (2 (e + l1))): leave one out"
+            ),
+        ),
+        (LENGTHS[:3], "a design in lengths needs just e, l1, l2 and H: it lacks H"),
+        ([*LENGTHS, "gap=1"], "a design in lengths needs just e, l1, l2 and H: it also has gap"),
+        (["lam_H=2"], "lam_H needs lam_l beside it, and no gap"),
+    ],
+)
+def test_a_mistake_in_a_setting_is_one_sentence(settings, sentence):
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        given(*settings)
+
+
+def test_lengths_in_millimetres_without_the_unit_are_refused_with_a_hint():
+    with pytest.raises(ValueError, match=r"e, l1, l2, H set it \(without a unit they are in m\)"):
+        given("e=150", "l1=250", "l2=640", "H=493")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"fix": ["lam=1"]}, "unknown variable 'lam'; did you mean 'lam_l'?"),
+        ({"fix": ["lam_e=1kg"]}, "'kg' is no unit of it"),
+        ({"range_": ["lam_l=2"]}, "--range lam_l=2 is no range: write lam_l=LOW:HIGH"),
+        ({"range_": ["lam_l=:3"]}, "low lam_l is '': it must be a finite number"),
+        ({"range_": ["lam_l=3:2"]}, "the low one must be the smaller"),
+        (
+            {"fix": ["lam_e=0.6"], "range_": ["lam_e=0.5:0.7"]},
+            "lam_e has both --fix 0.6 and --range 0.5:0.7: choose one",
+        ),
+        ({"objective": ["tau_g"]}, "unknown objective 'tau_g'; did you mean 'tau_G'?"),
+        ({"set_": ["lam_e=0.6"]}, "keep a variable at a value with --fix"),
+    ],
+)
+def test_a_mistake_in_another_argument_is_one_sentence(arguments, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)) as refused:
+        problem_from("diamond", **arguments)
+    assert "\n" not in str(refused.value)

@@ -1,0 +1,179 @@
+"""Properties of ``evaluate`` that hold for every problem."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pkm_gym.core import compile as compiling
+from pkm_gym.core.problem import DesignProblem
+
+# Constraints on what is undefined out of reach.
+LOCAL = {"diamond": ("assembly", "sigma_max", "sigma_min", "alpha", "beta")}
+
+
+def random_designs(
+    problem: DesignProblem, rng: np.random.Generator, n: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Designs all over the box, each with a task of the Family."""
+    designs = problem.low + (problem.high - problem.low) * rng.random((n, len(problem.low)))
+    return designs, problem.draw_tasks(n, rng)
+
+
+def assert_same(one: Any, other: Any) -> None:
+    for name in one.indices:
+        np.testing.assert_array_equal(one.indices[name], other.indices[name], err_msg=name)
+    np.testing.assert_array_equal(one.constraints, other.constraints)
+    np.testing.assert_array_equal(one.log_merit, other.log_merit)
+
+
+def test_evaluate_is_deterministic(problem: DesignProblem, rng: np.random.Generator) -> None:
+    designs, tasks = random_designs(problem, rng, 500)
+    assert_same(problem.evaluate(designs, tasks), problem.evaluate(designs, tasks))
+
+
+def test_evaluate_leaves_its_arguments_alone(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 20)
+    before = designs.copy(), tasks.copy()
+    problem.evaluate(designs, tasks)
+    np.testing.assert_array_equal(designs, before[0])
+    np.testing.assert_array_equal(tasks, before[1])
+
+
+def test_serial_and_parallel_kernels_agree(
+    problem: DesignProblem, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    designs, tasks = random_designs(problem, rng, 300)
+    monkeypatch.setattr(compiling, "SERIAL_WORK", np.inf)
+    serial = problem.evaluate(designs, tasks)
+    monkeypatch.setattr(compiling, "SERIAL_WORK", 0.0)
+    parallel = problem.evaluate(designs, tasks)
+    assert_same(serial, parallel)
+
+
+def test_a_batch_of_designs_equals_single_designs(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 200)
+    batch = problem.evaluate(designs, tasks)
+    for i in range(len(designs)):
+        single = problem.evaluate(designs[i : i + 1], tasks[i : i + 1])
+        for name, values in single.indices.items():
+            assert values[0] == pytest.approx(
+                batch.indices[name][i], rel=1e-15, abs=0.0, nan_ok=True
+            )
+        np.testing.assert_allclose(single.constraints[0], batch.constraints[i], rtol=1e-15)
+        np.testing.assert_allclose(single.log_merit[0], batch.log_merit[i], rtol=1e-14)
+
+
+def test_one_task_for_all_equals_its_rows(problem: DesignProblem, rng: np.random.Generator) -> None:
+    designs, tasks = random_designs(problem, rng, 50)
+    task = problem.unpack(tasks[0])
+    for given in (task, problem.pack(task)[None], np.repeat(tasks[:1], 50, axis=0)):
+        assert_same(problem.evaluate(designs, tasks[:1]), problem.evaluate(designs, given))
+
+
+def test_what_is_out_of_reach_is_undefined_and_its_constraints_say_by_how_much(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    evaluation = problem.evaluate(*random_designs(problem, rng, 1000))
+    reach = [k for k, name in enumerate(problem.constraint_names) if name.startswith("reach")]
+    violation = evaluation.constraints[:, reach].max(axis=1)
+    outside = violation > 0.0
+    assert 50 < outside.sum() < 950
+    for name, values in evaluation.indices.items():
+        np.testing.assert_array_equal(np.isnan(values), outside, err_msg=name)
+    local = [k for k, name in enumerate(problem.constraint_names) if name in LOCAL[problem.name]]
+    expected = np.broadcast_to(1.0 + violation[outside, None], (outside.sum(), len(local)))
+    np.testing.assert_allclose(evaluation.constraints[np.ix_(outside, local)], expected, atol=1e-5)
+
+
+def test_dimensionless_indices_keep_their_value_in_another_size(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 500)
+    larger = tasks.copy()
+    for column, variable in enumerate(problem.task_variables):
+        if variable.unit == "m":
+            larger[:, column] *= 1.5
+    one, other = problem.evaluate(designs, tasks), problem.evaluate(designs, larger)
+    for index in problem.index_table:
+        if index.unit in ("", "rad"):
+            np.testing.assert_allclose(
+                one.indices[index.name], other.indices[index.name], rtol=1e-12, err_msg=index.name
+            )
+
+
+def test_indices_are_the_extremes_of_their_maps(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 2000)
+    evaluation = problem.evaluate(designs, tasks)
+    for i in np.flatnonzero(evaluation.feasible)[:20]:
+        machine = problem.mechanism(designs[i], evaluation.task(i))
+        maps = machine.index_maps(machine.workspace_grid(401, 161))
+        for name, index in maps.items():
+            extreme = index.values.max() if index.extreme == "max" else index.values.min()
+            assert evaluation.indices[name][i] == pytest.approx(extreme, rel=2e-3), name
+
+
+def test_local_violations_say_where_a_constraint_is_broken(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 2000)
+    evaluation = problem.evaluate(designs, tasks)
+    slightly = ~evaluation.feasible & (evaluation.constraints.max(axis=1) < 0.5)
+    for i in np.flatnonzero(slightly)[:40]:
+        task = evaluation.task(i)
+        machine = problem.mechanism(designs[i], task)
+        local = machine.local_violations(machine.workspace_grid(401, 161), task)
+        for name, values in local.items():
+            constraint = evaluation.constraints[i, problem.constraint_names.index(name)]
+            assert constraint == pytest.approx(values.max(), abs=3e-3), name
+
+
+def test_every_index_objective_and_task_field_is_documented(problem: DesignProblem) -> None:
+    for item in (*problem.index_table, *problem.task_variables, *problem.all_variables):
+        assert item.doc
+    assert {objective.name for objective in problem.objectives} <= set(problem.index_names)
+
+
+def test_the_grid_lies_in_the_box(problem: DesignProblem) -> None:
+    grid = problem.grid()
+    if grid is None:
+        pytest.skip("the paper has no grid")
+    assert grid.shape[1] == len(problem.variables)
+    assert ((grid >= problem.low) & (grid <= problem.high)).all()
+    assert len(np.unique(grid, axis=0)) == len(grid)
+
+
+def test_the_mechanism_has_the_derived_dimensions(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 20)
+    for design, row in zip(designs, tasks, strict=True):
+        task = problem.unpack(row)
+        derived = problem.derived(design, task)
+        assert set(derived) == set(problem.dimension_names)
+        machine = problem.mechanism(design, task)
+        for name, (value, _) in derived.items():
+            assert value == pytest.approx(getattr(machine, name, value), rel=1e-15)
+
+
+def test_derived_dimensions_lead_back_to_the_design(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs, tasks = random_designs(problem, rng, 20)
+    for design, row in zip(designs, tasks, strict=True):
+        task = problem.unpack(row)
+        lengths = {
+            name: value for name, (value, unit) in problem.derived(design, task).items() if unit
+        }
+        values, changed = problem.from_dimensions(lengths, task)
+        np.testing.assert_allclose(problem.design(values), design, rtol=1e-12)
+        for name, value in changed.items():
+            assert value == pytest.approx(getattr(task, name), rel=1e-12)

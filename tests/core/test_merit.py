@@ -1,0 +1,168 @@
+"""Merit: its formula, its exactness, its scale, and which design is the answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pkm_gym
+from pkm_gym.core import merit
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import Solutions, solve_tasks
+
+PERTURBATIONS = 64
+
+
+def scored(
+    values: list[float],
+    constraints: list[list[float]],
+    unreached: list[float],
+    *,
+    minimise: bool = True,
+    scale: float = 2.0,
+    weight: float = 5.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Constraints, log merit and feasibility from scaled violations."""
+    table = np.array(constraints)
+    log_merit, feasible = np.empty(len(values)), np.empty(len(values), dtype=bool)
+    merit.score(
+        0.0, np.array(values), np.array([scale]), minimise, weight, table, np.array(unreached),
+        log_merit, feasible,
+    )  # fmt: skip
+    return table, log_merit, feasible
+
+
+@given(
+    value=st.floats(1e-3, 1e3),
+    violations=st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=2),
+    minimise=st.booleans(),
+)
+def test_log_merit_is_its_formula(value: float, violations: list[float], minimise: bool) -> None:
+    constraints, log_merit, feasible = scored([value], [violations], [0.0], minimise=minimise)
+    expected = [violation - merit.TOLERANCE for violation in violations]
+    np.testing.assert_allclose(constraints[0], expected)
+    ratio = value / 2.0 if minimise else 2.0 / value
+    penalised = np.log(ratio) + 5.0 * sum(max(0.0, c) for c in expected)
+    assert log_merit[0] == pytest.approx(min(penalised, merit.CAP), rel=1e-12, abs=1e-12)
+    assert feasible[0] == (max(expected) <= 0.0)
+
+
+def test_the_tolerance_is_inside_the_constraint() -> None:
+    just_in, just_out = merit.TOLERANCE, np.nextafter(merit.TOLERANCE, 1.0)
+    constraints, _, feasible = scored([1.0, 1.0], [[just_in], [just_out]], [0.0, 0.0])
+    assert constraints[0, 0] == 0.0
+    assert list(feasible) == [True, False]
+
+
+@given(st.lists(st.floats(1e-9, 1e9), min_size=2, max_size=20))
+def test_log_merit_rises_from_six_to_seven_beyond_reach(unreached: list[float]) -> None:
+    ordered = sorted(unreached)
+    n = len(ordered)
+    _, log_merit, _ = scored([np.nan] * n, [[1.0]] * n, ordered)
+    assert (np.diff(log_merit) >= 0.0).all()
+    assert log_merit[0] > merit.CAP
+    assert log_merit[-1] < merit.WORST + 1e-12
+
+
+def test_log_merit_is_capped_where_something_can_be_evaluated() -> None:
+    _, log_merit, _ = scored([np.inf, 1e300, 1.0], [[0.0], [0.0], [1e9]], [0.0] * 3)
+    np.testing.assert_array_equal(log_merit, merit.CAP)
+
+
+def test_the_answer_is_the_best_feasible_design_else_the_lowest_merit() -> None:
+    values, log_merit = np.array([1.0, 3.0, 2.0]), np.array([0.0, -1.0, 1.0])
+    feasible = np.array([False, True, True])
+    assert merit.answer(values, feasible, log_merit, minimise=True) == 2
+    assert merit.answer(values, feasible, log_merit, minimise=False) == 1
+    assert merit.answer(values, ~np.ones(3, dtype=bool), log_merit, minimise=True) == 1
+    undefined = np.array([np.nan, 3.0, 2.0])
+    assert merit.answer(undefined, feasible, log_merit, minimise=True) == 2
+
+
+# The merit of problems ----------------------------------------------------------------------------
+
+
+def test_log_merit_of_designs_is_the_formula_up_to_the_tasks_scale(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    designs = problem.low + (problem.high - problem.low) * rng.random((2000, len(problem.low)))
+    evaluation = problem.evaluate(designs)
+    below = evaluation.log_merit < merit.CAP
+    penalty = np.maximum(evaluation.constraints, 0.0).sum(axis=1)
+    sign = 1.0 if problem.directions[0] == "minimize" else -1.0
+    rest = evaluation.log_merit - problem.penalty_weight * penalty
+    rest -= sign * np.log(evaluation.objectives[:, 0])
+    assert below.sum() > 100
+    np.testing.assert_allclose(rest[below], rest[below][0], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(evaluation.merit, np.exp(evaluation.log_merit), rtol=1e-15)
+
+
+def test_log_merit_rises_on_the_way_out_of_reach() -> None:
+    problem = pkm_gym.make_problem("diamond")
+    ways = {"too near": [0.6, 2.56, -0.3], "too far": [0.6, 1.2, 1.5]}
+    for end in ways.values():
+        steps = np.linspace(0.0, 1.0, 400)[:, None]
+        evaluation = problem.evaluate((1 - steps) * problem.printed_design() + steps * end)
+        outside = np.isnan(evaluation.objectives[:, 0])
+        assert outside.sum() > 50
+        log_merit = evaluation.log_merit[outside]
+        assert (np.diff(log_merit) > 0.0).all()
+        assert (log_merit > merit.CAP).all()
+        assert (evaluation.log_merit[~outside] <= merit.CAP).all()
+
+
+@pytest.mark.parametrize("objective", ["tau_G", "tau_peak", "tau_rms", "condition"])
+def test_merit_is_one_at_the_optimum_of_the_papers_task(objective: str) -> None:
+    problem = pkm_gym.make_problem("diamond", objective=objective)
+    solution = solve_tasks(problem, problem.pack(None)[None])
+    assert np.exp(solution.log_merit[0]) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_merit_is_near_one_at_the_optima_of_the_family(family: Solutions) -> None:
+    merits = np.exp(family.log_merit[family.solvable])
+    assert ((merits >= 0.5) & (merits <= 2.0)).mean() >= 0.95
+
+
+def lower(problem: DesignProblem, family: Solutions, offsets: np.ndarray) -> np.ndarray:
+    """By how much designs (tasks, k, d) away from the optima undercut their log merit: (tasks,)."""
+    n, k, d = offsets.shape
+    designs = np.clip(family.designs[:, None] + offsets, problem.low, problem.high)
+    tasks = np.repeat(family.tasks, k, axis=0)
+    log_merit = problem.evaluate(designs.reshape(-1, d), tasks).log_merit.reshape(n, k)
+    undercut: np.ndarray = family.log_merit - log_merit.min(axis=1)
+    return undercut[family.solvable]
+
+
+@pytest.mark.parametrize("size", 10.0 ** np.arange(-6, 0))
+def test_no_neighbour_of_a_constrained_optimum_has_a_lower_merit(
+    problem: DesignProblem, family: Solutions, rng: np.random.Generator, size: float
+) -> None:
+    shape = (len(family.designs), PERTURBATIONS, len(problem.low))
+    offsets = size * (problem.high - problem.low) * rng.normal(size=shape)
+    assert lower(problem, family, offsets).max() <= 1e-9
+
+
+@pytest.mark.parametrize("size", 10.0 ** np.arange(-6, 0))
+def test_breaking_an_active_limit_never_pays(
+    problem: DesignProblem, family: Solutions, size: float
+) -> None:
+    span = problem.high - problem.low
+    step = 1e-7
+    slopes = []
+    for d in np.diag(span):
+        ahead, behind = (
+            problem.evaluate(family.designs + sign * step * d, family.tasks).constraints
+            for sign in (1.0, -1.0)
+        )
+        slopes.append((ahead - behind) / (2.0 * step))
+    gradients = np.stack(slopes, axis=-1) * family.active[..., None]  # (tasks, constraints, d)
+    gradients = np.concatenate([gradients, gradients.sum(axis=1, keepdims=True)], axis=1)
+    length = np.linalg.norm(gradients, axis=-1, keepdims=True)
+    outward = np.divide(gradients, length, out=np.zeros_like(gradients), where=length > 0.0)
+    coordinate = np.broadcast_to(np.eye(len(span)), (len(outward), len(span), len(span)))
+    tangent = coordinate - np.einsum("nci,ncj->nij", outward[:, -1:], outward[:, -1:])
+    directions = np.concatenate([outward, coordinate, tangent], axis=1)
+    for sign in (1.0, -1.0):
+        assert lower(problem, family, sign * size * span * directions).max() <= 1e-9

@@ -1,0 +1,62 @@
+"""The numbers a paper prints, as they are read from paper.toml."""
+
+from __future__ import annotations
+
+import pytest
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import Reference
+
+VERDICTS = ("reproduced", "not reproducible", "contradicted", "ours")
+
+
+def test_every_number_has_a_place_a_verdict_and_a_tolerance(problem: DesignProblem) -> None:
+    assert problem.reference.values
+    for name, value in problem.reference.values.items():
+        assert value.name == name
+        assert value.symbol
+        assert value.where
+        assert 0.0 < value.tolerance <= 1e-2
+        assert value.verdict.startswith(VERDICTS)
+        assert (value.verdict == "ours") == (value.where == "not printed")
+        if not value.verdict.startswith(("reproduced", "ours")):
+            assert value.note, f"{name}: why is it not reproduced?"
+
+
+def test_every_claim_has_a_verdict(problem: DesignProblem) -> None:
+    for claim in problem.reference.claims:
+        assert claim.claim
+        assert claim.ours
+        assert claim.verdict
+
+
+def test_the_printed_design_names_every_variable(problem: DesignProblem) -> None:
+    assert set(problem.reference.design) == {v.name for v in problem.all_variables}
+    for variable in problem.all_variables:
+        assert variable.low <= problem.reference.design[variable.name] <= variable.high
+
+
+def test_each_objective_has_a_verified_optimum(problem: DesignProblem) -> None:
+    optima = problem.reference.optima
+    for objective in problem.all_objectives:
+        assert optima[objective.name].objective == objective.name
+        assert not optima[objective.name].fixed
+    for optimum in optima.values():
+        assert set(optimum.active) <= set(problem.constraint_names)
+        assert set(optimum.design) == {v.name for v in problem.all_variables}
+        assert optimum.fixed.items() <= optimum.design.items()
+
+
+def test_the_paper_can_be_cited(problem: DesignProblem) -> None:
+    assert {"authors", "title", "journal", "year"} <= set(problem.reference.paper)
+
+
+def test_a_value_is_found_by_name_else_the_closest_is_offered(problem: DesignProblem) -> None:
+    name = next(iter(problem.reference.values))
+    assert problem.reference[name].name == name
+    with pytest.raises(KeyError, match=f"unknown printed value '{name}_'; did you mean '{name}'"):
+        problem.reference[f"{name}_"]
+
+
+def test_it_is_read_once(problem: DesignProblem) -> None:
+    assert Reference.load(problem.package) is problem.reference

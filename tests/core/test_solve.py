@@ -1,0 +1,124 @@
+"""solve_tasks and polish: certified, feasible, repeatable."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import Solutions, polish, solve_tasks
+
+
+def test_almost_every_task_of_the_family_is_solvable_and_certified(family: Solutions) -> None:
+    assert family.solvable.mean() >= 0.98
+    assert family.certified.mean() >= 0.99
+
+
+def test_optima_are_strictly_feasible(problem: DesignProblem, family: Solutions) -> None:
+    evaluation = problem.evaluate(family.designs, family.tasks)
+    solved = family.solvable
+    assert evaluation.feasible[solved].all()
+    assert evaluation.constraints[solved].max() < 0.0
+    np.testing.assert_array_equal(evaluation.objectives[solved, 0], family.optima[solved])
+    np.testing.assert_array_equal(evaluation.log_merit, family.log_merit)
+    np.testing.assert_array_equal(np.isnan(family.optima), ~solved)
+    assert ((family.designs >= problem.low) & (family.designs <= problem.high)).all()
+
+
+def test_random_designs_never_beat_an_optimum(
+    problem: DesignProblem, family: Solutions, rng: np.random.Generator
+) -> None:
+    designs = problem.low + (problem.high - problem.low) * rng.random((20000, len(problem.low)))
+    sign = 1.0 if problem.directions[0] == "minimize" else -1.0
+    for task, optimum, solvable in zip(
+        family.tasks[:40], family.optima, family.solvable, strict=False
+    ):
+        evaluation = problem.evaluate(designs, task[None])
+        values = sign * evaluation.objectives[evaluation.feasible, 0]
+        assert not values.size or (solvable and values.min() >= sign * optimum)
+
+
+def test_the_same_seed_gives_the_same_optima(problem: DesignProblem, family: Solutions) -> None:
+    one, other = (solve_tasks(problem, family.tasks[:5], seed=3) for _ in range(2))
+    for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert one.evaluations == other.evaluations > 0
+
+
+def test_another_seed_agrees_to_ten_digits(problem: DesignProblem, family: Solutions) -> None:
+    again = solve_tasks(problem, family.tasks[:24], seed=99)
+    both = again.certified & family.certified[:24] & again.solvable
+    assert both.sum() >= 22
+    np.testing.assert_array_equal(again.solvable, family.solvable[:24])
+    np.testing.assert_allclose(
+        again.log_merit[both], family.log_merit[:24][both], rtol=0.0, atol=1e-10
+    )
+
+
+def test_an_impossible_task_is_marked_unsolvable() -> None:
+    problem = pkm_gym.make_problem("diamond")
+    impossible = problem.pack({"sigma_low": 1.2, "sigma_high": 1.2})
+    solutions = solve_tasks(problem, np.stack([problem.pack(None), impossible]))
+    np.testing.assert_array_equal(solutions.solvable, [True, False])
+    assert np.isnan(solutions.optima[1])
+    assert np.isfinite(solutions.designs).all()
+    assert not solutions.active[1].any()
+
+
+def test_active_limits_hold_the_optimum_back() -> None:
+    problem = pkm_gym.make_problem("diamond")
+    base = solve_tasks(problem, problem.pack(None)[None])
+    names = np.array(problem.constraint_names)[base.active[0]]
+    assert list(names) == ["sigma_max"]
+    freed = solve_tasks(problem, problem.pack({"sigma_high": 1.55})[None])
+    same = solve_tasks(problem, problem.pack({"sigma_low": 0.55})[None])
+    assert freed.optima[0] < base.optima[0] * (1.0 - 1e-3)
+    assert same.optima[0] == pytest.approx(base.optima[0], rel=1e-9)
+
+
+def test_a_single_task_row_and_progress(problem: DesignProblem) -> None:
+    told: list[int] = []
+    solutions = solve_tasks(problem, problem.pack(None), progress=told.append)
+    assert solutions.tasks.shape == (1, len(problem.task_variables))
+    assert told == sorted(told)
+    assert told[-1] == 1
+
+
+def test_solving_follows_fixed_variables_and_bounds() -> None:
+    problem = pkm_gym.make_problem(
+        "diamond", fixed={"lam_e": 0.5}, bounds={"lam_l": (2.2, 2.4), "gap": (0.38, 0.5)}
+    )
+    solutions = solve_tasks(problem, problem.pack(None)[None])
+    assert solutions.designs.shape == (1, 2)
+    assert ((solutions.designs >= problem.low) & (solutions.designs <= problem.high)).all()
+
+
+def test_polish_is_never_worse_than_its_start(
+    problem: DesignProblem, rng: np.random.Generator
+) -> None:
+    starts = problem.low + (problem.high - problem.low) * rng.random((48, len(problem.low)))
+    tasks = problem.draw_tasks(len(starts), rng)
+    before = problem.evaluate(starts, tasks)
+    after = problem.evaluate(polish(problem, starts, tasks), tasks)
+    assert before.feasible.any()
+    assert after.feasible[before.feasible].all()
+    assert after.feasible.sum() > before.feasible.sum()
+    assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
+    lost = ~after.feasible
+    assert (after.log_merit <= before.log_merit)[lost].all()
+
+
+def test_polish_of_an_optimum_stays_there(problem: DesignProblem, family: Solutions) -> None:
+    solved = np.flatnonzero(family.solvable)[:8]
+    polished = polish(problem, family.designs[solved], family.tasks[solved])
+    after = problem.evaluate(polished, family.tasks[solved])
+    np.testing.assert_allclose(after.log_merit, family.log_merit[solved], rtol=0.0, atol=1e-10)
+
+
+def test_polish_reaches_the_optimum_from_nearby() -> None:
+    problem = pkm_gym.make_problem("diamond")
+    optimum = problem.reference.optima["tau_G"]
+    start = problem.design(optimum.design) + np.array([-5e-3, 0.02, 5e-3])
+    polished = polish(problem, start[None])
+    assert problem.evaluate(polished).objectives[0, 0] == pytest.approx(optimum.value, rel=1e-7)

@@ -1,0 +1,150 @@
+"""Where a session starts: its task, its first design, the options of a reset."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+
+def start_of(env, **arguments) -> np.ndarray:
+    _, info = env.reset(**arguments)
+    assert list(info["best_design"]) == [v.name for v in env.problem.all_variables]
+    return np.array([info["best_design"][name] for name in env.problem.variable_names])
+
+
+def test_centre_is_the_default_start(env_id, make):
+    env = make(env_id)
+    for seed in range(3):
+        np.testing.assert_allclose(
+            start_of(env, seed=seed), (env.problem.low + env.problem.high) / 2
+        )
+
+
+def test_random_starts_fill_the_box(env_id, make):
+    env = make(env_id, start="random")
+    starts = np.array([start_of(env, seed=seed) for seed in range(200)])
+    share = (starts - env.problem.low) / (env.problem.high - env.problem.low)
+    assert (share >= 0).all()
+    assert (share <= 1).all()
+    np.testing.assert_allclose(share.mean(axis=0), 0.5, atol=0.1)
+    assert (share.min(axis=0) < 0.05).all()
+    assert (share.max(axis=0) > 0.95).all()
+
+
+def test_fixed_id_has_the_papers_task_or_the_given_one(fixed_id, make):
+    env = make(fixed_id)
+    env.reset(seed=0)
+    assert env.problem.unpack(env.session.tasks[0]) == env.problem.task_type()
+    field = env.problem.task_variables[0]
+    env = make(fixed_id, task={field.name: field.high})
+    _, info = env.reset(seed=0)
+    assert info["task"][field.name] == field.high
+
+
+def test_family_draws_legal_tasks_within_its_range(family_id, make):
+    env = make(family_id)
+    tasks = np.array([list(env.reset(seed=seed)[1]["task"].values()) for seed in range(100)])
+    for column, field in zip(tasks.T, env.problem.task_variables, strict=True):
+        assert (column >= field.low).all()
+        assert (column <= field.high).all()
+        assert (len(set(column)) == 100) == field.drawn
+        if not field.drawn:
+            assert set(column) == {field.default}
+
+
+def test_start_of_a_pool_is_the_one_stored_with_the_task(family_id, make, pools):
+    pool, file = pools(gym.spec(family_id).kwargs["problem"])
+    env = make(family_id, start="pool", pool=str(file))
+    seen = set()
+    for seed in range(100):
+        start = start_of(env, seed=seed)
+        row = int(np.flatnonzero((pool.tasks == env.session.tasks[0]).all(axis=1))[0])
+        np.testing.assert_array_equal(start, pool.starts[row])
+        seen.add(row)
+    assert seen == set(np.flatnonzero(pool.solvable))
+
+
+def test_fixed_id_starts_where_the_pool_says(fixed_id, make, pools):
+    pool, file = pools(gym.spec(fixed_id).kwargs["problem"])
+    env = make(fixed_id, start="pool", pool=str(file))
+    np.testing.assert_array_equal(start_of(env), pool.starts[0])
+    field = env.problem.task_variables[0]
+    with pytest.raises(ValueError, match=r"has no stored optimum: it isn't in .*npz"):
+        make(fixed_id, start="pool", pool=str(file), task={field.name: field.low})
+
+
+def test_pool_leaves_another_start_alone(family_id, make, pools):
+    _, file = pools(gym.spec(family_id).kwargs["problem"])
+    env = make(family_id, pool=str(file))
+    np.testing.assert_allclose(start_of(env), (env.problem.low + env.problem.high) / 2)
+
+
+def test_bad_pool_is_refused_at_construction(family_id, make, pools, tmp_path):
+    name = gym.spec(family_id).kwargs["problem"]
+    pool, file = pools(name)
+    variable = make(family_id).problem.variables[0]
+    with pytest.raises(ValueError, match="belongs to another problem"):
+        make(
+            family_id, pool=str(file), bounds={variable.name: (variable.low, variable.high - 0.01)}
+        )
+    unsolvable = dataclasses.replace(pool, solvable=np.zeros(len(pool), dtype=bool))
+    unsolvable.save(tmp_path / "none.npz")
+    with pytest.raises(ValueError, match=r"none.npz' has no solvable task"):
+        make(family_id, pool=tmp_path / "none.npz")
+
+
+def test_given_task_and_design_are_used(env_id, make, rng):
+    env = make(env_id)
+    problem = env.problem
+    design = problem.low + 0.25 * (problem.high - problem.low)
+    row = problem.draw_tasks(1, rng)[0]
+    for task in (
+        row,
+        list(row),
+        problem.unpack(row),
+        dict(zip(problem.task_type.names(), row, strict=True)),
+    ):
+        for given in (design, list(design), problem.named(design)):
+            start = start_of(env, options={"task": task, "design": given})
+            np.testing.assert_array_equal(start, design)
+            np.testing.assert_array_equal(env.session.tasks[0], row)
+
+
+def test_what_is_given_does_not_change_what_is_drawn_later(family_id, make):
+    plain, given = make(family_id, start="random"), make(family_id, start="random")
+    plain.reset(seed=9)
+    options = {"task": {}, "design": given.problem.printed_design()}
+    given.reset(seed=9, options=options)
+    one, other = plain.reset(), given.reset()
+    np.testing.assert_array_equal(one[0], other[0])
+    assert one[1] == other[1]
+
+
+def test_bad_options_are_refused_in_one_sentence(fixed_id, make):
+    env = make(fixed_id)
+    problem = env.problem
+    first = problem.variables[0]
+    field = problem.task_variables[0]
+    outside = problem.printed_design()
+    outside[0] = first.high + 0.1
+    unknown = {field.name + "x": 1.0}
+    for options, sentence in (
+        ({"desing": None}, "unknown reset option 'desing'; did you mean 'design'"),
+        ({"task": {field.name: field.legal_high + 1.0}}, f"task.{field.name} is"),
+        ({"task": unknown}, "unknown task field"),
+        ({"task": [1.0, 2.0]}, "option task must be numbers of shape"),
+        ({"task": "paper"}, "option task must be numbers of shape"),
+        ({"design": outside}, f"option design: {first.name} is .* it must be from"),
+        ({"design": outside[:-1]}, "option design must be numbers of shape"),
+        ({"design": np.full(len(outside), np.nan)}, "option design must be finite"),
+        ({"design": {first.name: first.low}}, "the design lacks"),
+    ):
+        env.reset(seed=0)
+        before = env.session.best.designs.copy()
+        with pytest.raises(ValueError, match=sentence) as refusal:
+            env.reset(options=options)
+        assert "\n" not in str(refusal.value)
+        np.testing.assert_array_equal(env.session.best.designs, before)

@@ -1,0 +1,84 @@
+"""Ids, entry points, and what importing the package costs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import gymnasium as gym
+import pytest
+
+import pkm_gym
+from pkm_gym.envs.registration import register_environments
+
+
+def run(code: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_specs_are_strings_and_json_without_a_time_limit(env_id):
+    spec = gym.spec(env_id)
+    assert isinstance(spec.entry_point, str)
+    assert isinstance(spec.vector_entry_point, str)
+    assert spec.max_episode_steps is None
+    assert json.loads(json.dumps(spec.kwargs)) == spec.kwargs
+
+
+def test_every_problem_has_a_fixed_and_a_family_id():
+    made = {
+        (spec.kwargs["problem"], spec.kwargs["family"])
+        for env_id, spec in gym.registry.items()
+        if env_id.startswith("PKM/")
+    }
+    assert made == {(name, family) for name in pkm_gym.problems() for family in (False, True)}
+
+
+def test_registering_again_changes_nothing_and_says_nothing():
+    before = dict(gym.registry)
+    register_environments()
+    assert dict(gym.registry) == before
+
+
+def test_make_works_without_an_import(env_id):
+    code = f"import gymnasium; print(gymnasium.make('pkm_gym:{env_id}').reset(seed=0)[0].shape)"
+    assert run(code).startswith("(")
+
+
+def test_importing_the_package_loads_no_heavy_library():
+    heavy = ("numba", "scipy", "matplotlib", "optuna", "torch", "pandas")
+    code = f"import sys, pkm_gym; print([name for name in {heavy} if name in sys.modules])"
+    assert run(code).strip() == "[]"
+
+
+def test_public_names_exist_and_others_do_not():
+    assert set(pkm_gym.__all__) <= set(dir(pkm_gym))
+    for name in pkm_gym.__all__:
+        assert getattr(pkm_gym, name).__name__ == name
+    with pytest.raises(AttributeError, match="no attribute 'make_robot'"):
+        _ = pkm_gym.make_robot
+
+
+def test_spec_survives_json_with_every_kind_of_argument(fixed_id, play):
+    first = gym.spec(fixed_id).make().unwrapped.problem
+    name = first.variable_names[0]
+    env = gym.make(
+        fixed_id,
+        budget=5,
+        action_mode="absolute",
+        start="random",
+        task={first.task_variables[0].name: first.task_variables[0].high},
+        fixed={name: float(first.reference.design[name])},
+        bounds={first.variable_names[1]: [float(first.low[1]), float(first.printed_design()[1])]},
+        objective=first.objectives[0].name,
+    )
+    again = gym.spec(fixed_id).from_json(env.spec.to_json()).make()
+    assert again.unwrapped.problem.hash() == env.unwrapped.problem.hash() != first.hash()
+    assert again.unwrapped.problem.task == env.unwrapped.problem.task
+    for one, other in zip(play(env, 3), play(again, 3), strict=True):
+        assert (one[0] == other[0]).all()
+        assert one[1:] == other[1:]

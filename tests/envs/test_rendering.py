@@ -1,0 +1,83 @@
+"""Pictures of a session, with and without a window."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.backends.registry import backend_registry
+
+from pkm_gym import plots
+
+
+def test_rgb_array_is_the_picture_of_the_design_evaluated_last(env_id, make):
+    env = make(env_id, render_mode="rgb_array")
+    env.reset(seed=0)
+    frames = [env.render()]
+    for _ in range(2):
+        *_, info = env.step(0.3 * env.action_space.sample())
+        frames.append(env.render())
+    for frame in frames:
+        assert frame.dtype == np.uint8
+        assert frame.ndim == 3
+        assert frame.shape[2] == 3
+        assert min(frame.shape[:2]) >= 300
+        assert 50 < frame.mean() < 254
+    assert not np.array_equal(frames[1], frames[2])
+    design = env.problem.design(info["design"])
+    figure = plots.design_figure(env.problem, design, env.problem.unpack(env.session.tasks[0]))
+    np.testing.assert_array_equal(frames[2], plots.figure_to_array(figure))
+
+
+def test_every_design_can_be_drawn(family_id, make):
+    env = make(family_id, render_mode="rgb_array")
+    env.reset(seed=0)
+    for corner in (-1.0, 1.0):
+        env.step(np.full(env.action_space.shape, corner))
+        assert env.render().dtype == np.uint8
+
+
+def test_vector_environment_renders_each_session(fixed_id, make):
+    envs = gym.make_vec(fixed_id, num_envs=2, render_mode="rgb_array", start="random")
+    one = make(fixed_id, render_mode="rgb_array", start="random")
+    envs.reset(seed=4)
+    frames = envs.render()
+    for i, frame in enumerate(frames):
+        one.reset(seed=4 + i)
+        np.testing.assert_array_equal(frame, one.render())
+
+
+def test_render_without_a_mode_warns_and_draws_nothing(fixed_id, make):
+    env, envs = make(fixed_id), gym.make_vec(fixed_id)
+    for each in (env, envs):
+        each.reset()
+        with pytest.warns(UserWarning, match="make the environment"):
+            assert each.render() is None
+
+
+def test_human_mode_is_quiet_without_a_display(fixed_id, make):
+    env = make(fixed_id, render_mode="human")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    assert env.render() is None
+    assert pyplot.get_fignums() == []
+    env.close()
+    env.close()
+
+
+def test_human_mode_shows_each_step_in_one_window(fixed_id, make, monkeypatch):
+    monkeypatch.setattr(backend_registry, "resolve_backend", lambda name: (name, "a toolkit"))
+    shown = []
+    monkeypatch.setattr(pyplot, "pause", lambda _: shown.append(pyplot.gcf().axes[0].images[0]))
+    env = make(fixed_id, render_mode="human")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    assert len(pyplot.get_fignums()) == 1
+    picture = shown[-1].get_array()
+    twin = make(fixed_id, render_mode="rgb_array")
+    twin.session = env.session
+    np.testing.assert_array_equal(picture, twin.render())
+    assert len(shown) == 2
+    env.close()
+    assert pyplot.get_fignums() == []

@@ -1,0 +1,242 @@
+"""The picture of a design: whatever the design, it is drawn and it says what is wrong."""
+
+from __future__ import annotations
+
+import re
+from concurrent.futures import ThreadPoolExecutor
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib._pylab_helpers import Gcf
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+import pkm_gym
+from pkm_gym import plots
+
+
+def texts(figure):
+    """Everything that is written outside the axes, as one line."""
+    return " ".join(" ".join(text.get_text().split()) for text in figure.texts)
+
+
+def marks(axes, color):
+    """Positions (n, 2), mm, of the marks of a colour."""
+    return np.array([
+        line.get_xydata()[0]
+        for line in axes.lines
+        if line.get_marker() not in ("None", "") and to_rgba(line.get_color()) == to_rgba(color)
+    ])  # fmt: skip
+
+
+def test_every_kind_of_design_is_drawn(problem, designs, kind):
+    figure = plots.design_figure(problem, designs[kind])
+    assert isinstance(figure, Figure)
+    pixels = plots.figure_to_array(figure)
+    assert pixels.shape == (600, 1000, 3)
+    assert pixels.dtype == np.uint8
+    assert (pixels < 128).any(axis=2).mean() > 0.005
+    assert len(figure.axes) == (0 if kind == "no machine" else 2)
+
+
+def test_the_verdict_is_written(problem, designs, kind):
+    written = texts(plots.design_figure(problem, designs[kind]))
+    evaluation = problem.evaluate(designs[kind][None])
+    assert bool(re.search(r"\bfeasible\b", written)) == (kind == "feasible")
+    assert ("infeasible" in written) == (kind != "feasible")
+    assert ("no machine to draw" in written) == (kind == "no machine")
+    if kind != "feasible":
+        for sentence in evaluation.explain(0).split("\n"):
+            assert sentence in written
+
+
+def test_limits_without_room_are_named(problem):
+    task = {"sigma_low": 1.2, "sigma_high": 1.2, "alpha_low": 1.5, "beta_low": 1.5, "lam_e_min": 1}
+    if not set(task) <= set(problem.task_type.names()):
+        pytest.skip("the task has other limits")
+    figure = plots.design_figure(problem, problem.printed_design(), task)
+    broken = ("sigma_max", "sigma_min", "alpha", "beta", "spacing")
+    assert all(name in texts(figure).split("sigma_max: ")[1] for name in broken[1:])
+    assert min(text.get_position()[1] for text in figure.texts) > 0.0
+
+
+def test_numbers_carry_their_units(problem):
+    design = problem.printed_design()
+    figure = plots.design_figure(problem, design)
+    written = [text.get_text() for text in figure.texts]
+    indices = problem.evaluate(design[None]).indices
+    for index in problem.index_table:
+        value, unit = plots.shown(indices[index.name][0], index.unit)
+        at = written.index(index.name)
+        assert float(written[at + 1].replace("−", "-")) == pytest.approx(value, rel=1e-3)
+        assert not unit or written[at + 2] == unit
+    for name, (length, unit) in problem.derived(design).items():
+        at = written.index(name)
+        assert float(written[at + 1]) == pytest.approx(plots.shown(length, unit)[0], rel=1e-3)
+
+
+def test_the_machine_is_drawn_to_scale(problem):
+    design = problem.printed_design()
+    machine = problem.mechanism(design)
+    axes = plots.design_figure(problem, design).axes[0]
+    plots.figure_to_array(axes.figure)
+    assert axes.get_aspect() == 1.0
+    drawn = [line.get_xydata() for line in axes.lines]
+    for pose in machine.sample_poses():
+        for link in machine.links(pose):
+            assert any(
+                line.shape == link.points.shape and np.allclose(line, 1e3 * link.points, atol=1e-9)
+                for line in drawn
+            )
+    low, high = axes.get_xlim(), axes.get_ylim()
+    for points in (*drawn, 1e3 * machine.workspace()):
+        assert ((points > (low[0], high[0])) & (points < (low[1], high[1]))).all()
+
+
+def test_the_worst_pose_and_the_broken_limits_are_marked(problem, designs):
+    design = designs["infeasible"]
+    evaluation = problem.evaluate(design[None])
+    machine = problem.mechanism(design)
+    axes = plots.design_figure(problem, design).axes[1]
+    found = marks(axes, plots.STYLE["bad"])
+    names = [
+        name
+        for name, value in zip(problem.constraint_names, evaluation.constraints[0], strict=True)
+        if value > 0
+    ]
+    local = machine.local_violations(1e-3 * found, problem.task)
+    grid = machine.local_violations(machine.workspace_grid(161, 33), problem.task)
+    broken = [name for name in names if name in local]
+    assert broken
+    assert len(found) == len(broken)
+    for k, name in enumerate(name for name in local if name in broken):
+        assert local[name][k] == pytest.approx(grid[name].max(), abs=1e-12)
+
+
+def test_what_breaks_a_limit_is_hatched(problem, designs):
+    design = designs["infeasible"]
+    machine = problem.mechanism(design)
+    broken = problem.evaluate(design[None]).constraints[0] > 0.0
+    names = set(np.array(problem.constraint_names)[broken])
+    grid = machine.workspace_grid(53, 17)
+    local = machine.local_violations(grid, problem.task)
+    worst = np.max([values for name, values in local.items() if name in names], axis=0).ravel()
+    axes = plots.design_figure(problem, design).axes[1]
+    (area,) = (c for c in axes.collections if any(getattr(c, "hatches", ())))
+    inside = area.get_paths()[0].contains_points(1e3 * grid[..., :2].reshape(-1, 2))
+    clear = abs(worst) > 0.05 * worst.max()
+    edge = (grid[..., :2] <= grid[..., :2].min((0, 1))) | (
+        grid[..., :2] >= grid[..., :2].max((0, 1))
+    )
+    clear &= ~edge.any(axis=-1).ravel()
+    assert (worst[clear] > 0.0).any()
+    np.testing.assert_array_equal(inside[clear], worst[clear] > 0.0)
+
+
+def test_a_feasible_design_carries_no_mark_of_a_broken_limit(problem):
+    """At the optimum a finer sample exceeds the bound by the sampling error: still no mark."""
+    optimum = next(iter(problem.reference.optima.values()))
+    axes = plots.design_figure(problem, problem.design(optimum.design)).axes[1]
+    assert len(marks(axes, plots.STYLE["bad"])) == 0
+    assert len(marks(axes, plots.STYLE["ink"])) == 1
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_fixed_variables_are_drawn(problem, count):
+    names = [variable.name for variable in problem.all_variables][: len(problem.variables) - 1]
+    values = problem.named(problem.printed_design())
+    fixed = {name: values[name] for name in names[: count + 1]}
+    reduced = pkm_gym.make_problem(problem.name, fixed=fixed)
+    figure = plots.design_figure(reduced, reduced.printed_design())
+    whole = plots.design_figure(problem, problem.printed_design())
+    np.testing.assert_array_equal(plots.figure_to_array(figure), plots.figure_to_array(whole))
+
+
+def test_every_objective_has_a_picture(problem, designs):
+    for objective in problem.all_objectives:
+        other = pkm_gym.make_problem(problem.name, objective=objective.name)
+        figure = plots.design_figure(other, designs["feasible"])
+        bold = [t.get_text() for t in figure.texts if t.get_fontweight() == "bold"]
+        value = other.evaluate(designs["feasible"][None]).objectives[0, 0]
+        assert float(bold[-1]) == pytest.approx(value, rel=1e-3)
+        assert plots.figure_to_array(figure).std() > 10
+
+
+def test_the_task_is_drawn(problem, designs):
+    task = problem.unpack(problem.draw_tasks(1, np.random.default_rng(3))[0])
+    figure = plots.design_figure(problem, designs["feasible"], task)
+    machine = problem.mechanism(designs["feasible"], task)
+    outline = next(p for p in figure.axes[0].patches if not p.get_fill()).get_xy()
+    np.testing.assert_allclose(outline, 1e3 * machine.workspace(), atol=1e-9)
+
+
+def test_index_maps_show_all_or_the_one_named(problem, designs, kind):
+    figure = plots.index_map_figure(problem, designs[kind])
+    if kind == "no machine":
+        assert "dimensions" in texts(figure)
+        return
+    maps = problem.mechanism(designs[kind]).index_maps(problem.mechanism(designs[kind]).workspace())
+    assert len(figure.axes) == len(maps)
+    one = plots.index_map_figure(problem, designs[kind], index=list(maps)[-1])
+    assert len(one.axes) == 1
+    assert plots.figure_to_array(one).std() > 10
+
+
+def test_the_map_shows_the_local_indices(problem):
+    design = problem.printed_design()
+    machine = problem.mechanism(design)
+    for name, index in machine.index_maps(machine.workspace_grid(161, 33)).items():
+        axes = plots.index_map_figure(problem, design, index=name).axes[0]
+        values, unit = plots.shown(index.values, index.unit)
+        bands = max(axes.collections, key=lambda c: len(getattr(c, "levels", ())))
+        assert bands.levels[0] == pytest.approx(values.min())
+        assert bands.levels[-1] == pytest.approx(min(values.max(), 3 * np.median(values)))
+        edges = np.concatenate([path.vertices for path in bands.get_paths()])
+        x, y = (1e3 * machine.workspace()).T
+        assert edges[:, 0].min() == pytest.approx(x.min())
+        assert edges[:, 1].max() == pytest.approx(y.max())
+        assert unit in axes.child_axes[0].get_ylabel()
+
+
+def test_a_pole_does_not_wash_out_the_colours(problem, designs):
+    """Near the edge of the reach an index has a pole: colours end at three times its median."""
+    machine = problem.mechanism(designs["unreachable"])
+    index = next(iter(machine.index_maps(machine.workspace_grid(161, 33)).values()))
+    values, _ = plots.shown(index.values, index.unit)
+    axes = plots.design_figure(problem, designs["unreachable"]).axes[1]
+    bands = max(axes.collections, key=lambda c: len(getattr(c, "levels", ())))
+    top = 3.0 * np.nanmedian(values)
+    assert np.nanmax(values) > top
+    assert bands.levels[-1] == pytest.approx(top)
+    assert bands.extend == "max"
+
+
+def test_mistakes_get_one_sentence(problem, designs):
+    with pytest.raises(ValueError, match="shape"):
+        plots.design_figure(problem, designs["feasible"][:-1])
+    with pytest.raises(ValueError, match="task field"):
+        plots.design_figure(problem, designs["feasible"], {"no_such_field": 1.0})
+    name = next(iter(problem.mechanism(designs["feasible"]).index_maps(np.zeros(2))))
+    with pytest.raises(ValueError, match=f"did you mean '{name}'"):
+        plots.index_map_figure(problem, designs["feasible"], index=name + "x")
+
+
+def test_pictures_leave_no_global_state(problem, designs):
+    before = dict(mpl.rcParams)
+    for design in designs.values():
+        plots.figure_to_array(plots.design_figure(problem, design))
+        plots.figure_to_array(plots.index_map_figure(problem, design))
+    assert Gcf.get_all_fig_managers() == []
+    assert dict(mpl.rcParams) == before
+
+
+def test_threads_draw_what_one_thread_draws(problem, designs):
+    def frame(design):
+        return plots.figure_to_array(plots.design_figure(problem, design))
+
+    alone = [frame(design) for design in designs.values()]
+    with ThreadPoolExecutor(2) as pool:
+        together = list(pool.map(frame, designs.values()))
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(one, other)
