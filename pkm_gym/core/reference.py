@@ -67,12 +67,16 @@ class Reference:
     data: Mapping[str, Any]
 
     @classmethod
-    @cache
     def load(cls, package: str, file: str = "paper.toml") -> Self:
         """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``.
 
         A package with more than one problem has a file for each.
         """
+        return cls._read(package, file)
+
+    @classmethod
+    @cache
+    def _read(cls, package: str, file: str) -> Self:
         table = tomllib.loads(files(package).joinpath(file).read_text(encoding="utf-8"))
         return cls(
             paper=table.pop("paper"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from pkm_gym.core.compile import kernel
+from pkm_gym.core.types import FloatArray
 
 
 @kernel
@@ -54,3 +55,28 @@ def pick_and_place(
         width * across_a / traverse**2,
         lift * (up_a - down_a) / rise**2,
     )
+
+
+@kernel
+def duration_345(length: float, speed: float, acceleration: float) -> float:
+    """Return the time of a rest-to-rest 3-4-5 move that keeps to a speed and an acceleration, s."""
+    return max(1.875 * length / speed, math.sqrt(10.0 / math.sqrt(3.0) * length / acceleration))
+
+
+@kernel
+def polyline_345(
+    t: float, corners: FloatArray, durations: FloatArray, position: FloatArray, velocity: FloatArray
+) -> None:
+    """Fill position (k,) and velocity (k,) at time ``t`` of 3-4-5 moves from corner to corner.
+
+    ``corners`` is (n, k), ``durations`` (n - 1,); at rest at every corner.
+    """
+    position[:] = corners[0]
+    velocity[:] = 0.0
+    for i in range(durations.shape[0]):
+        s, rate, _ = polynomial_345(t / durations[i])
+        for j in range(position.shape[0]):
+            side = corners[i + 1, j] - corners[i, j]
+            position[j] += s * side
+            velocity[j] += rate / durations[i] * side
+        t -= durations[i]

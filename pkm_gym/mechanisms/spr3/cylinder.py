@@ -38,16 +38,16 @@ SMALLEST_STROKE = 1e-6
 class CylinderTask(Task):
     """The cylinder that the platform's centre must cover, and how large the machine may be."""
 
-    radius: float = quantity(0.13, "m", "radius of the cylinder", legal=(0.001, 10.0))
-    height: float = quantity(0.065, "m", "height of the cylinder", legal=(0.001, 10.0))
+    radius: float = quantity(0.13, "m", "radius of the cylinder", legal=(0.001, 10.0), family=(0.1, 0.15))
+    height: float = quantity(0.065, "m", "height of the cylinder", legal=(0.001, 10.0), family=(0.04, 0.08))
     stroke_ratio: float = quantity(
-        1.5, "", "longest leg over shortest leg, at most", legal=(1.01, 5.0)
+        1.5, "", "longest leg over shortest leg, at most", legal=(1.01, 5.0), family=(1.45, 1.75)
     )
     D_max: float = quantity(
         0.43, "m", "largest characteristic length (a + b + q_c) / 3", legal=(0.01, 10.0)
     )
     s_angle_max: float = quantity(
-        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5)
+        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5), family=(0.7, 0.95)
     )
 
 
@@ -158,7 +158,7 @@ class Spr3CylinderProblem(DesignProblem):
     all_objectives = (Objective("gci", "maximise", "", worst=0.0),)
     constraint_names = ("dimensions", "assembly", "determinant", "stroke", "size", "s_angle")
     dimension_names = ()
-    penalty_weight = 5.0
+    penalty_weight = 10.0
     options: Spr3Options
 
     def __init__(self, **arguments: Any) -> None:

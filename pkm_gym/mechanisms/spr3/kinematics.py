@@ -233,12 +233,12 @@ def leg_lengths_batch(poses: FloatArray, a: float, b: float, lengths: FloatArray
 def forward_kinematics_batch(
     joints: FloatArray, near: FloatArray, a: float, b: float, poses: FloatArray
 ) -> None:
-    """Fill ``poses`` (n, 3) from ``joints`` (n, 3), m, by the straight path from ``near``'s joints.
+    """Fill ``poses`` (n, 3) from ``joints`` (n, 3), m, by straight paths from the poses ``near``.
 
-    ``near`` holds poses, one a row or one for all; NaN where a parallel singularity bars the way.
+    NaN where a parallel singularity bars the way.
     """
     for k in numba.prange(joints.shape[0]):
-        hx, hy, s = near[k if near.shape[0] > 1 else 0]
+        hx, hy, s = near[k]
         p1 = leg_length(hx, hy, s, a, b, COS[0], SIN[0])
         p2 = leg_length(hx, hy, s, a, b, COS[1], SIN[1])
         p3 = leg_length(hx, hy, s, a, b, COS[2], SIN[2])

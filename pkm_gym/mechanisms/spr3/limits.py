@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.spr3.workspace import volume_by_quadrature
 
 if TYPE_CHECKING:
     from pkm_gym.mechanisms.spr3.cover import CylinderSpr3
@@ -57,7 +58,7 @@ def explain(machine: Spr3, task: Spr3Task, broken: list[str], jacobian: str) -> 
     }
     lines = [_worst(name, limits[name], joints, _legs) for name in broken if name in limits]
     if "volume" in broken:
-        volume = machine.volume() / machine.D**3
+        volume = volume_by_quadrature(machine) / machine.D**3
         lines.append(
             f"volume: the workspace holds {volume:.4g} D^3; it must hold at least "
             f"{task.volume_min:g} D^3"
