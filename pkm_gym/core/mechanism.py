@@ -13,7 +13,7 @@ from pkm_gym.core.types import FloatArray
 
 
 class Link(NamedTuple):
-    """A body of the machine as it is drawn: points (n, 2) in the drawing plane or (n, 3), metres."""
+    """A body of the machine as it is drawn: points (n, 2) in its plane or (n, 3) in space, m."""
 
     role: Literal["base", "arm", "rod", "platform"]
     points: FloatArray
@@ -82,7 +82,7 @@ class Mechanism(ABC):
 
     @abstractmethod
     def workspace(self) -> FloatArray:
-        """Return the outline of the workspace as a closed polygon (n, 2) in the drawing plane, m."""
+        """Return the workspace's outline as a closed polygon (n, 2) in the drawing plane, m."""
 
     @abstractmethod
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial import chebyshev
 
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
@@ -42,11 +43,11 @@ class AssemblyModes(NamedTuple):
 def all_assembly_modes(joints: FloatArray, a: float, b: float) -> AssemblyModes:
     """Return every real pose with the leg lengths ``joints`` (3,), m: none to sixteen.
 
-    At a parallel singularity, where poses meet, the ones that meet may be counted once or not found.
+    Poses that meet, at a parallel singularity, may be counted once or not found.
     """
     q = np.asarray(joints, dtype=float)
-    series = np.polynomial.chebyshev.chebinterpolate(lambda c: _resultant(c, q, a, b), DEGREE)
-    roots = np.polynomial.chebyshev.chebroots(series)
+    nodes = chebyshev.chebpts1(DEGREE + 1)
+    roots = chebyshev.chebroots(chebyshev.chebfit(nodes, _resultant(nodes, q, a, b), DEGREE))
     near = (np.abs(roots.imag) < NEARLY_REAL) & (np.abs(roots.real) < 1.0 + NEARLY_REAL)
     cosines = np.clip(roots[near].real, -1.0, 1.0)
     others = _other_angles(cosines, q, a, b)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +12,9 @@ from pkm_gym.core.compile import kernel
 from pkm_gym.core.mechanism import IndexMap, dimension
 from pkm_gym.core.sampling import lowest_of_five, rectangle
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, joint_angle_extremes
+from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, smallest_projections
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
-
-if TYPE_CHECKING:
-    from pkm_gym.mechanisms.spr3.cylinder import CylinderTask
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
 
@@ -40,7 +37,7 @@ def _look(
     q1 = leg_length(hx, hy, s, a, b, COS[0], SIN[0])
     q2 = leg_length(hx, hy, s, a, b, COS[1], SIN[1])
     q3 = leg_length(hx, hy, s, a, b, COS[2], SIN[2])
-    s_cos, _ = joint_angle_extremes(hx, hy, s, a, b)
+    s_cos, _ = smallest_projections(hx, hy, s, a, b)
     extremes[2] = min(extremes[2], det)
     extremes[3] = min(extremes[3], q1, q2, q3)
     extremes[4] = max(extremes[4], q1, q2, q3)
@@ -149,10 +146,17 @@ class CylinderSpr3(Spr3):
         return self.pose_at(np.array(ends))
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the S joints' angle at poses (..., 3)."""
-        return {"s_angle": Spr3.index_maps(self, pose)["s_angle"]}
+        """Return the shortest and the longest leg at poses (..., 3)."""
+        lengths = self.inverse_kinematics(pose)
+        return {
+            "q_min": IndexMap("q", "m", "min", lengths.min(axis=-1)),
+            "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1)),
+        }
 
-    def local_violations(self, pose: FloatArray, task: CylinderTask) -> dict[str, FloatArray]:
-        """Return by how much poses (..., 3) break the limits of the task; NaN beyond the fold."""
-        local = self.local_indices(pose)
-        return {"determinant": -local["det"], "s_angle": local["s_angle"] - task.s_angle_max}
+    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
+        """Return by how much poses (..., 3) break the limits of the task; NaN out of reach.
+
+        The S joints' largest angle may lie outside the section that is drawn.
+        """
+        del task
+        return {"determinant": -self._local_within_reach(pose)["det"]}

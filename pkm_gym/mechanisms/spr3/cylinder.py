@@ -38,8 +38,12 @@ SMALLEST_STROKE = 1e-6
 class CylinderTask(Task):
     """The cylinder that the platform's centre must cover, and how large the machine may be."""
 
-    radius: float = quantity(0.13, "m", "radius of the cylinder", legal=(0.001, 10.0), family=(0.1, 0.15))
-    height: float = quantity(0.065, "m", "height of the cylinder", legal=(0.001, 10.0), family=(0.04, 0.08))
+    radius: float = quantity(
+        0.13, "m", "radius of the cylinder", legal=(0.001, 10.0), family=(0.1, 0.15)
+    )
+    height: float = quantity(
+        0.065, "m", "height of the cylinder", legal=(0.001, 10.0), family=(0.04, 0.08)
+    )
     stroke_ratio: float = quantity(
         1.5, "", "longest leg over shortest leg, at most", legal=(1.01, 5.0), family=(1.45, 1.75)
     )
@@ -184,10 +188,7 @@ class Spr3CylinderProblem(DesignProblem):
     def _mechanism(self, design: FloatArray, task: CylinderTask) -> CylinderSpr3:
         a, b, z_c = map(float, design)
         if dimensions_violation(a, b, z_c) > 0.0:
-            raise ValueError(
-                f"a = {a:g}, b = {b:g}, z_c = {z_c:g} m make no machine: each must lie between "
-                f"{SMALLEST_LENGTH:g} and {LARGEST_LENGTH:g} m"
-            )
+            raise ValueError(_no_machine(a, b, z_c))
         extremes = np.empty(7)
         cylinder_extremes(a, b, z_c, task.radius, task.height, extremes)
         q_min, q_max = map(float, extremes[3:5])  # of what is reached: more than one length
@@ -219,8 +220,12 @@ class Spr3CylinderProblem(DesignProblem):
         """Say in words, a line a broken limit, where in the cylinder and by how much."""
         a, b, z_c = map(float, self._complete_one(design))
         if "dimensions" in broken:
-            return [
-                f"dimensions: a = {a:g}, b = {b:g}, z_c = {z_c:g} m make no machine; each must lie "
-                f"between {SMALLEST_LENGTH:g} and {LARGEST_LENGTH:g} m"
-            ]
+            return [f"dimensions: {_no_machine(a, b, z_c)}"]
         return explain_cover(self._mechanism(np.array([a, b, z_c]), task), task, broken)
+
+
+def _no_machine(a: float, b: float, z_c: float) -> str:
+    return (
+        f"a = {a:g}, b = {b:g}, z_c = {z_c:g} m make no machine: each must lie between "
+        f"{SMALLEST_LENGTH:g} and {LARGEST_LENGTH:g} m"
+    )

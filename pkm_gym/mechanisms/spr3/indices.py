@@ -17,11 +17,9 @@ from pkm_gym.mechanisms.spr3.kinematics import (
     fold_margin,
     follow,
     level,
-    position,
     turned,
 )
 from pkm_gym.mechanisms.spr3.velocity import angular_velocity, jacobian_row, leg_direction
-
 
 # A part of the joint box thinner than this share of it counts for nothing.
 SMALLEST_PART = 1e-9
@@ -35,8 +33,8 @@ def homogeneous(code: int, a: float, b: float, D: float) -> tuple[float, float]:
     """Return (length, spin) of a Jacobian, by its place in ``JACOBIANS``: see ``conditioning``.
 
     "velocity": of O_A. "tilt-a", "tilt-b", "tilt-D": (length omega, w . v) with that length.
-    "points": the velocities of the three A_i along w, whose norm is that of (a/sqrt(2) omega, w . v)
-    without omega's part along w, times sqrt(3).
+    "points": the velocities of the three A_i along w; their norm is sqrt(3) times that of
+    (a / sqrt(2) omega, w . v) without omega's part along w.
     """
     if code == 0:
         return 0.0, 1.0
@@ -77,7 +75,7 @@ def conditioning(
 
 
 @formula
-def joint_angle_sines(
+def joint_projections(
     hx: float, hy: float, s: float, a: float, b: float, cos: float, sin: float
 ) -> tuple[float, float]:
     """Return the cosine of the S joint's and the sine of the R joint's angle of a limb.
@@ -90,17 +88,17 @@ def joint_angle_sines(
 
 
 @formula
-def joint_angle_extremes(hx: float, hy: float, s: float, a: float, b: float) -> tuple[float, float]:
+def smallest_projections(hx: float, hy: float, s: float, a: float, b: float) -> tuple[float, float]:
     """Return the smallest S cosine and the smallest R sine of the three limbs."""
-    s1, r1 = joint_angle_sines(hx, hy, s, a, b, COS[0], SIN[0])
-    s2, r2 = joint_angle_sines(hx, hy, s, a, b, COS[1], SIN[1])
-    s3, r3 = joint_angle_sines(hx, hy, s, a, b, COS[2], SIN[2])
+    s1, r1 = joint_projections(hx, hy, s, a, b, COS[0], SIN[0])
+    s2, r2 = joint_projections(hx, hy, s, a, b, COS[1], SIN[1])
+    s3, r3 = joint_projections(hx, hy, s, a, b, COS[2], SIN[2])
     return min(s1, s2, s3), min(r1, r2, r3)
 
 
 @formula
 def parasitic(hx: float, hy: float, b: float) -> float:
-    """Return p = (b/2)(1 - cos tilt): how far the platform's normal passes from the base's centre."""
+    """Return p = (b/2)(1 - cos tilt), m: the distance of the platform's normal from O_B."""
     h2 = hx * hx + hy * hy
     return b * h2 / (1.0 + h2)
 
@@ -131,7 +129,7 @@ def corners(
         share += 0.25 * done
         if done == 1.0:
             det_here, lci_here = conditioning(hx, hy, s, a, b, length, spin)
-            s_here, r_here = joint_angle_extremes(hx, hy, s, a, b)
+            s_here, r_here = smallest_projections(hx, hy, s, a, b)
             det, lci = min(det, det_here), min(lci, lci_here)
             fold = min(fold, fold_margin(hx, hy, s, b))
             offset = max(offset, parasitic(hx, hy, b))
@@ -146,7 +144,7 @@ def _sine_on_edge(t: float, mixed: bool, a: float, b: float, q_c: float, lam: fl
     q2 = q_c * (1.0 + lam * t) if mixed else q1
     q3 = q_c * (1.0 + lam) if mixed else q_c * (1.0 + lam * t)
     hx, hy, s, _ = follow(0.0, 0.0, level(q_c, a, b), q_c, q_c, q_c, q1, q2, q3, a, b)
-    return joint_angle_extremes(hx, hy, s, a, b)[1]
+    return smallest_projections(hx, hy, s, a, b)[1]
 
 
 @kernel
@@ -186,9 +184,9 @@ def box_means(
     """Return the share of the nodes reached, smallest det J, volume, mean conditioning index.
 
     The volume of the workspace is the integral of 1 / det J over the joint box, and the index is
-    weighted with it. ``nodes`` (k, 3) and ``weights`` (k,) are those of ``symmetric_cube``; they are
-    visited one after the other, by straight paths within the box. The index has a cusp at the
-    isotropic pose: where that lies in the box, its part of the cube is cut there in two.
+    weighted with it. ``nodes`` (k, 3) and ``weights`` (k,) are those of ``symmetric_cube``, visited
+    one after the other by straight paths within the box. The index has a cusp at the isotropic
+    pose: where the box holds it, it is cut there in two.
     """
     cut = 1.0
     if length == 0.0:
@@ -250,14 +248,14 @@ LOCAL = ("lci", "det", "fold", "parasitic", "tilt", "s_angle", "r_angle")
 def local_indices_batch(
     poses: FloatArray, a: float, b: float, length: float, spin: float, out: FloatArray
 ) -> None:
-    """Fill ``out`` (n, 7), named by ``LOCAL``, from ``poses`` (n, 3); angles are the worst limb's."""
+    """Fill ``out`` (n, 7), named by ``LOCAL``, from ``poses`` (n, 3); joint angles: the worst."""
     for k in numba.prange(poses.shape[0]):
         hx, hy, s = poses[k]
         out[k, 1], out[k, 0] = conditioning(hx, hy, s, a, b, length, spin)
         out[k, 2] = fold_margin(hx, hy, s, b)
         out[k, 3] = parasitic(hx, hy, b)
         out[k, 4] = 2.0 * math.atan(math.hypot(hx, hy))
-        s_cos, r_sin = joint_angle_extremes(hx, hy, s, a, b)
+        s_cos, r_sin = smallest_projections(hx, hy, s, a, b)
         out[k, 5] = math.acos(min(1.0, max(-1.0, s_cos)))
         out[k, 6] = math.asin(min(1.0, max(-1.0, r_sin)))
 
@@ -268,6 +266,6 @@ def joint_angles_batch(poses: FloatArray, a: float, b: float, angles: FloatArray
     for k in numba.prange(poses.shape[0]):
         hx, hy, s = poses[k]
         for i in range(3):
-            s_cos, r_sin = joint_angle_sines(hx, hy, s, a, b, COS[i], SIN[i])
+            s_cos, r_sin = joint_projections(hx, hy, s, a, b, COS[i], SIN[i])
             angles[k, 0, i] = math.acos(min(1.0, max(-1.0, s_cos)))
             angles[k, 1, i] = math.asin(min(1.0, max(-1.0, r_sin)))

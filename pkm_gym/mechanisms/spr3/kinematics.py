@@ -1,12 +1,13 @@
 """Geometry of the 3-SPR: one pose at a time, compiled. Equations (1)-(10) of the paper, corrected.
 
-Frame: the origin at the centre of the fixed platform, z normal to it and towards the moving one,
-x through the spherical joint B_3. The joints stand at the azimuths 120, -120 and 0 degrees, B_i on
-the radius b of the fixed platform and A_i on the radius a of the moving one, whose frame is u, v, w.
+Frame: the origin O_B at the centre of the fixed platform, z normal to it and towards the moving
+one, x through the spherical joint B_3. The joints stand at the azimuths 120, -120 and 0 degrees,
+B_i on the radius b of the fixed platform and A_i on the radius a of the moving one, whose frame is
+u, v, w and whose centre O_A.
 
 A pose is (hx, hy, s): the platform's normal is w = (2 hx, 2 hy, 1 - h^2) / (1 + h^2), so that
-h = tan(tilt / 2); its frame is turned there without torsion; s = r . w is the distance of B's centre
-from its plane. Every formula is regular at the level pose h = 0.
+h = tan(tilt / 2); its frame is turned there without torsion; s is the distance of O_B from its
+plane. Every formula is regular at the level pose h = 0.
 """
 
 from __future__ import annotations

@@ -115,7 +115,9 @@ def _legs(lengths: FloatArray) -> str:
 
 
 def _place(point: FloatArray) -> str:
-    return "at " + ", ".join(f"{n} = {1e3 * x:.0f}" for n, x in zip("xyz", point, strict=True)) + " mm"
+    return (
+        "at " + ", ".join(f"{n} = {1e3 * x:.0f}" for n, x in zip("xyz", point, strict=True)) + " mm"
+    )
 
 
 def _assembly(machine: Spr3, lost: FloatArray) -> str:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pkm_gym.core.compile import BatchKernel
 from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
 from pkm_gym.core.names import check_known
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
+from pkm_gym.mechanisms.spr3.drawing import drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
     JACOBIANS,
     LOCAL,
@@ -21,9 +22,7 @@ from pkm_gym.mechanisms.spr3.indices import (
     local_indices_batch,
 )
 from pkm_gym.mechanisms.spr3.kinematics import (
-    COS,
     RANGE_SLACK,
-    SIN,
     forward_kinematics_batch,
     frames_batch,
     leg_lengths_batch,
@@ -31,11 +30,6 @@ from pkm_gym.mechanisms.spr3.kinematics import (
     poses_at_batch,
 )
 from pkm_gym.mechanisms.spr3.velocity import twist_batch, velocity_batch
-
-if TYPE_CHECKING:
-    from pkm_gym.mechanisms.spr3.problem import Spr3Task
-
-CYLINDER = 0.9  # length of a leg's cylinder as it is drawn, in shortest legs
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +41,9 @@ class Spr3(Mechanism):
     centre from the moving platform's plane. Twist: the velocity of the moving platform's centre
     O_A in the fixed frame, m/s; it determines the angular velocity. Joints: the legs' lengths, m.
 
-    A pose is within reach if its legs are within their range and it lies on the home side of the
-    fold, where a position has one tilt.
+    A pose is within reach if its legs are within their range and it lies on the home side: in front
+    of the fixed platform and of the fold, so that its position has one tilt. Jacobians need the
+    second alone.
     """
 
     a: float = dimension("m", "radius of the revolute joints on the moving platform")
@@ -219,18 +214,8 @@ class Spr3(Mechanism):
 
     def links(self, pose: FloatArray) -> tuple[Link, ...]:
         """Return the platforms, cylinders and rods in space at a pose (3,), m."""
-        around = np.stack([COS, SIN, np.zeros(3)], axis=-1)
-        fixed = self.b * around
-        moving = self.position(pose) + self.a * around @ self.rotation(pose).T
-        legs = moving - fixed
-        lengths = np.linalg.norm(legs, axis=-1, keepdims=True)
-        tips = fixed + CYLINDER * self.q_min * legs / lengths
-        return (
-            Link("base", fixed[[0, 1, 2, 0]]),
-            *(Link("rod", np.stack(ends)) for ends in zip(tips, moving, strict=True)),
-            *(Link("arm", np.stack(ends)) for ends in zip(fixed, tips, strict=True)),
-            Link("platform", moving[[0, 1, 2, 0]]),
-        )
+        center = self._within_reach(pose, self.position(pose))
+        return drawn_links(center, self.rotation(pose), self.a, self.b, self.q_min)
 
     def drawn(self, pose: FloatArray) -> FloatArray:
         """Return x and z (..., 2) of O_A, m: the drawing plane is the mirror plane of leg 3."""
@@ -238,11 +223,8 @@ class Spr3(Mechanism):
 
     def workspace(self) -> FloatArray:
         """Return the outline (n, 2) of the workspace's section by the mirror plane of leg 3, m."""
-        rise = np.linspace(self.q_min, self.q_max, 51)
-        low, high = np.full(51, self.q_min), np.full(51, self.q_max)
-        twins = np.concatenate([low, rise[1:], high[1:], rise[::-1][1:]])
-        third = np.concatenate([rise, high[1:], rise[::-1][1:], low[1:]])
-        return self.drawn(self.forward_kinematics(np.stack([twins, twins, third], axis=-1)))
+        joints = section_outline(self.q_min, self.q_max)
+        return self.drawn(self.forward_kinematics(joints))
 
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
         """Return poses (rows, columns, 3) over that section: leg 3 along the rows, its twins along.
@@ -261,40 +243,46 @@ class Spr3(Mechanism):
         return np.concatenate([self.home[None], tilted])
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return conditioning, parasitic offset and joint angles at poses (..., 3)."""
-        local = self.local_indices(pose)
+        """Return conditioning, parasitic offset and S angle at poses (..., 3).
+
+        The R joints' smallest angle may lie outside the section that is drawn.
+        """
+        local = self._local_within_reach(pose)
         return {
             "lci_min": IndexMap("lci", "", "min", local["lci"]),
             "parasitic": IndexMap("parasitic", "m", "max", local["parasitic"]),
             "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"]),
-            "r_angle": IndexMap("r_angle", "rad", "min", local["r_angle"]),
         }
 
-    def local_violations(self, pose: FloatArray, task: Spr3Task) -> dict[str, FloatArray]:
-        """Return by how much poses (..., 3) break the limits of the task; NaN off the home sheet."""
-        local = self.local_indices(pose)
+    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
+        """Return by how much poses (..., 3) break the limits of the task; NaN out of reach."""
+        local = self._local_within_reach(pose)
         return {
             "determinant": -local["det"],
             "fold": -local["fold"],
             "parasitic": local["parasitic"] / (self.D * task.parasitic_max) - 1.0,
             "s_angle": local["s_angle"] - task.s_angle_max,
-            "r_angle": task.r_angle_min - local["r_angle"],
             "lci": task.lci_low - local["lci"],
         }
 
+    def _local_within_reach(self, pose: FloatArray) -> dict[str, FloatArray]:
+        local = self.local_indices(pose)
+        return {name: self._within_reach(pose, values) for name, values in local.items()}
+
     def _velocity(self, pose: FloatArray) -> FloatArray:
-        return self._within_reach(
-            pose, self._batch(velocity_batch, pose, (5, 3, 3), self.a, self.b)
-        )
+        matrices = self._batch(velocity_batch, pose, (5, 3, 3), self.a, self.b)
+        return np.where(self._at_home_side(pose)[..., None, None, None], matrices, np.nan)
+
+    def _at_home_side(self, pose: FloatArray) -> BoolArray:
+        return (self.local_indices(pose)["fold"] > 0.0) & (np.asarray(pose)[..., 2] > 0.0)
 
     def _within_reach(self, pose: FloatArray, values: FloatArray) -> FloatArray:
-        """Return ``values``, NaN for the poses that are out of reach."""
-        lengths = self.leg_lengths(pose)
+        """Return ``values`` (..., more axes), NaN for the poses that are out of reach."""
         low, high = self.q_min * (1.0 - RANGE_SLACK), self.q_max * (1.0 + RANGE_SLACK)
-        inside = ((lengths >= low) & (lengths <= high)).all(axis=-1)
-        inside &= (self.local_indices(pose)["fold"] > 0.0) & (np.asarray(pose)[..., 2] > 0.0)
-        more = values.ndim - inside.ndim
-        return np.where(inside.reshape(inside.shape + (1,) * more), values, np.nan)
+        lengths = self.leg_lengths(pose)
+        inside = ((lengths >= low) & (lengths <= high)).all(axis=-1) & self._at_home_side(pose)
+        more = (1,) * (values.ndim - inside.ndim)
+        return np.where(inside.reshape(inside.shape + more), values, np.nan)
 
     def _batch(
         self,

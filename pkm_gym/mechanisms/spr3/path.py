@@ -133,18 +133,16 @@ def best_place(machine: Spr3, radius: float, height: float, gamma: float = 0.0) 
 
 
 def largest_cylinder(machine: Spr3, slenderness: float = 0.5) -> tuple[float, float, float]:
-    """Return R, h = slenderness R and z_c, m, of the largest cylinder of that shape in the workspace.
+    """Return R, h = slenderness R and z_c, m, of the largest cylinder in the workspace.
 
-    It holds the paths of that shape in every direction gamma.
+    It holds the paths of its shape in every direction gamma.
     """
     from scipy.optimize import brentq, minimize_scalar
 
     extremes = np.empty(7)
 
     def room(radius: float, z_c: float) -> float:
-        cylinder_extremes(
-            machine.a, machine.b, z_c, radius, slenderness * radius, extremes
-        )
+        cylinder_extremes(machine.a, machine.b, z_c, radius, slenderness * radius, extremes)
         if extremes[1] < extremes[0]:
             return -machine.q_max
         return float(min(extremes[3] - machine.q_min, machine.q_max - extremes[4]))

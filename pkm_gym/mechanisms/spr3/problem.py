@@ -241,7 +241,7 @@ class Spr3Problem(DesignProblem):
     def _mechanism(self, design: FloatArray, task: Spr3Task) -> Spr3:
         r1, r3 = map(float, design)
         if dimensions_violation(r1, r3) > 0.0:
-            raise ValueError(f"{_ratios(r1, r3)} make no machine: {_allowed()}")
+            raise ValueError(_no_machine(r1, r3))
         q_c = r3 * task.D
         return Spr3(
             a=r1 * task.D,
@@ -268,9 +268,7 @@ class Spr3Problem(DesignProblem):
             missing = [name for name in LENGTHS if name not in lengths]
             if missing or values:
                 what = f"lacks {', '.join(missing)}" if missing else f"also has {', '.join(values)}"
-                raise ValueError(
-                    f"a design in lengths needs just a, b, q_min and q_max: it {what}"
-                )
+                raise ValueError(f"a design in lengths needs just a, b, q_min and q_max: it {what}")
             a, b, q_min, q_max = lengths.values()
             if not (min(lengths.values()) > 0.0 and q_min < q_max):
                 raise ValueError(
@@ -292,16 +290,15 @@ class Spr3Problem(DesignProblem):
         """Say in words, a line a broken limit, where in the workspace and by how much."""
         full = self._complete_one(design)
         if "dimensions" in broken:
-            return [f"dimensions: {_ratios(*full)} make no machine; {_allowed()}"]
+            return [f"dimensions: {_no_machine(*full)}"]
         return explain(self._mechanism(full, task), task, broken, self.options.jacobian)
 
 
 LENGTHS = ("a", "b", "q_min", "q_max")
 
 
-def _ratios(r1: float, r3: float) -> str:
-    return f"r1 = {r1:g}, r2 = {3.0 - r1 - r3:g}, r3 = {r3:g}"
-
-
-def _allowed() -> str:
-    return f"r1, r2 and r3 must lie between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
+def _no_machine(r1: float, r3: float) -> str:
+    return (
+        f"r1 = {r1:g}, r2 = {3.0 - r1 - r3:g}, r3 = {r3:g} make no machine: each must lie between "
+        f"{SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
+    )

@@ -101,7 +101,7 @@ def envelope(machine: Spr3, step: float = STEP) -> Envelope:
 def _box_surface(
     count: int,
 ) -> tuple[FloatArray, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Return the lattice points (n, 3) on a cube's faces, triangles (k, 3) and their family (k,)."""
+    """Return lattice points (n, 3) on a cube's faces, triangles (k, 3) and their family (k,)."""
     side = count + 1
     i, j = (axis.ravel() for axis in np.meshgrid(range(count), range(count), indexing="ij"))
     triangles = []
@@ -109,7 +109,12 @@ def _box_surface(
         for level in (0, count):
             strides = np.roll([side * side, side, 1], -leg)  # of the leg and the two that follow
             corner = level * strides[0] + i * strides[1] + j * strides[2]
-            quad = [corner, corner + strides[1], corner + strides[1] + strides[2], corner + strides[2]]
+            quad = [
+                corner,
+                corner + strides[1],
+                corner + strides[1] + strides[2],
+                corner + strides[2],
+            ]
             if level == 0:
                 quad.reverse()
             one, two, three, four = quad
