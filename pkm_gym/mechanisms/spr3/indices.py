@@ -106,7 +106,7 @@ def parasitic(hx: float, hy: float, b: float) -> float:
 @kernel
 def corners(
     a: float, b: float, q_c: float, lam: float, length: float, spin: float
-) -> tuple[float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Return what the corners of the joint box say; legs from q_c (1 - lam) to q_c (1 + lam).
 
     The four corners that symmetry leaves, each reached by the straight joint path from home. The
@@ -114,13 +114,12 @@ def corners(
 
     Returns:
         the mean share of the paths followed; and over the corners reached the smallest det J, fold
-        margin and local conditioning index, the largest parasitic offset, the smallest S cosine and
-        R sine.
+        margin and local conditioning index, the largest parasitic offset, the smallest S cosine.
     """
     s0 = level(q_c, a, b)
     low, high = q_c * (1.0 - lam), q_c * (1.0 + lam)
     share = offset = 0.0
-    det = fold = lci = s_cos = r_sin = math.inf
+    det = fold = lci = s_cos = math.inf
     for raised in range(4):
         q1 = high if raised > 2 else low
         q2 = high if raised > 1 else low
@@ -129,12 +128,12 @@ def corners(
         share += 0.25 * done
         if done == 1.0:
             det_here, lci_here = conditioning(hx, hy, s, a, b, length, spin)
-            s_here, r_here = smallest_projections(hx, hy, s, a, b)
+            s_here, _ = smallest_projections(hx, hy, s, a, b)
             det, lci = min(det, det_here), min(lci, lci_here)
             fold = min(fold, fold_margin(hx, hy, s, b))
             offset = max(offset, parasitic(hx, hy, b))
-            s_cos, r_sin = min(s_cos, s_here), min(r_sin, r_here)
-    return share, det, fold, lci, offset, s_cos, r_sin
+            s_cos = min(s_cos, s_here)
+    return share, det, fold, lci, offset, s_cos
 
 
 @kernel

@@ -29,7 +29,7 @@ CONVERGED = 1e-8  # of the last correction: what it leaves is of the order of it
 ITERATIONS = 12
 
 # A path that needs shorter steps than this share of it ends there.
-SMALLEST_STEP = 1.0 / 256.0
+SMALLEST_STEP = 1.0 / 4096.0
 
 # A leg this share beyond its range still counts as within.
 RANGE_SLACK = 1e-9

@@ -57,8 +57,8 @@ def explain(machine: Spr3, task: Spr3Task, broken: list[str], jacobian: str) -> 
         ),
     }
     lines = [_worst(name, limits[name], joints, _legs) for name in broken if name in limits]
-    if "volume" in broken:
-        volume = volume_by_quadrature(machine) / machine.D**3
+    volume = volume_by_quadrature(machine) / machine.D**3
+    if "volume" in broken and volume > 0.0:
         lines.append(
             f"volume: the workspace holds {volume:.4g} D^3; it must hold at least "
             f"{task.volume_min:g} D^3"
@@ -77,7 +77,7 @@ def explain_cover(machine: CylinderSpr3, task: CylinderTask, broken: list[str]) 
     if "assembly" in broken:
         lost = points[~reached] if not reached.all() else points[:1]
         nearest = lost[np.hypot(lost[:, 0], lost[:, 1]).argmin()]
-        return [f"assembly: the platform folds before it reaches {_place(nearest)}"]
+        return [f"assembly: the platform folds before it reaches {_place(nearest)[3:]}"]
     limits = _common(machine.local_indices(poses), task.s_angle_max)
     lines = [_worst(name, limits[name], points, _place) for name in broken if name in limits]
     if "stroke" in broken:

@@ -163,7 +163,7 @@ def measure_one(
 
     share = det = fold = lci = offset = s_cos = volume = gci = 0.0
     if abs(r2 - r1) < r3:
-        share, det, fold, lci, offset, s_cos, _ = corners(r1, r2, r3, lam, length, spin)
+        share, det, fold, lci, offset, s_cos = corners(r1, r2, r3, lam, length, spin)
     if share == 1.0:
         share, inside, volume, gci = box_means(r1, r2, r3, lam, length, spin, nodes, weights)
         det = min(det, inside)
@@ -270,9 +270,9 @@ class Spr3Problem(DesignProblem):
                 what = f"lacks {', '.join(missing)}" if missing else f"also has {', '.join(values)}"
                 raise ValueError(f"a design in lengths needs just a, b, q_min and q_max: it {what}")
             a, b, q_min, q_max = lengths.values()
-            if not (min(lengths.values()) > 0.0 and q_min < q_max):
+            if not (all(0.0 < x < math.inf for x in lengths.values()) and q_min < q_max):
                 raise ValueError(
-                    f"a, b, q_min, q_max are {a:g}, {b:g}, {q_min:g}, {q_max:g} m: all must be > 0 "
+                    f"a, b, q_min, q_max are {a:g}, {b:g}, {q_min:g}, {q_max:g} m: all must be finite and > 0 "
                     "and q_min < q_max"
                 )
             q_c = 0.5 * (q_min + q_max)
@@ -290,7 +290,7 @@ class Spr3Problem(DesignProblem):
         """Say in words, a line a broken limit, where in the workspace and by how much."""
         full = self._complete_one(design)
         if "dimensions" in broken:
-            return [f"dimensions: {_no_machine(*full)}"]
+            return [f"dimensions: {_no_machine(*map(float, full))}"]
         return explain(self._mechanism(full, task), task, broken, self.options.jacobian)
 
 
