@@ -272,8 +272,8 @@ class Spr3Problem(DesignProblem):
             a, b, q_min, q_max = lengths.values()
             if not (all(0.0 < x < math.inf for x in lengths.values()) and q_min < q_max):
                 raise ValueError(
-                    f"a, b, q_min, q_max are {a:g}, {b:g}, {q_min:g}, {q_max:g} m: all must be finite and > 0 "
-                    "and q_min < q_max"
+                    f"a, b, q_min, q_max are {a:g}, {b:g}, {q_min:g}, {q_max:g} m: all must be "
+                    "finite and > 0, and q_min < q_max"
                 )
             q_c = 0.5 * (q_min + q_max)
             D = (a + b + q_c) / 3.0
