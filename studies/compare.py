@@ -30,6 +30,7 @@ from pkm_gym.studies.arguments import (
 from pkm_gym.studies.grid import evaluate_grid
 from pkm_gym.studies.polish import polish, verified_optimum
 from pkm_gym.studies.report import (
+    NONE_PRINTED,
     Row,
     markdown,
     paper_rows,
@@ -98,7 +99,9 @@ def compare(
     optimum = verified_optimum(problem)
     known = [problem.printed_design()[None]]
     rows = paper_rows(problem, optimum)
-    if problem.grid() is not None:
+    if problem.grid() is None:
+        rows.append(Row("paper's grid", None, instead=NONE_PRINTED))
+    else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
         known.append(grid.designs[ranking(grid)[:POLISHED]])
@@ -196,7 +199,7 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Compare the paper's optimum, its grid, a polished design and Optuna's samplers.
+    """Compare the paper's optimum, its grid if it has one, a polished design and Optuna's samplers.
 
     Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
     every run, to compare.json.

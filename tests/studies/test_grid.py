@@ -80,7 +80,7 @@ def test_the_study_gets_the_best_feasible_designs_once(diamond):
         assert alone.objectives[0, 0] == pytest.approx(trial.value, rel=1e-12)
         assert all(value <= 0.0 for value in trial.constraints.values())
         assert trial.user_attrs["feasible"] is True
-    assert "best of the grid" in get_note(stored())
+    assert "best of the paper's grid" in get_note(stored())
 
 
 def test_without_a_feasible_design_the_atlas_is_written_and_the_study_empty():
