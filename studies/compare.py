@@ -30,7 +30,6 @@ from pkm_gym.studies.arguments import (
 from pkm_gym.studies.grid import evaluate_grid
 from pkm_gym.studies.polish import polish, verified_optimum
 from pkm_gym.studies.report import (
-    NONE_PRINTED,
     Row,
     markdown,
     paper_rows,
@@ -100,7 +99,7 @@ def compare(
     known = [problem.printed_design()[None]]
     rows = paper_rows(problem, optimum)
     if problem.grid() is None:
-        rows.append(Row("paper's grid", None, instead=NONE_PRINTED))
+        rows.append(Row("grid: none printed", None))
     else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))

@@ -32,7 +32,6 @@ class Row:
         evaluations: how many designs it took.
         regret: how far it is behind the verified optimum, as a share of it; NaN if infeasible.
         feasible: "yes", "no", or how many runs found a feasible design.
-        instead: what is said in place of a value that there isn't.
     """
 
     name: str
@@ -41,10 +40,6 @@ class Row:
     evaluations: int | None = None
     regret: float = math.nan
     feasible: str = ""
-    instead: str = ""
-
-
-NONE_PRINTED = "none printed"
 
 
 def headers(problem: DesignProblem) -> list[str]:
@@ -68,7 +63,7 @@ def cells(problem: DesignProblem, row: Row) -> list[str]:
     return [
         row.name,
         "" if row.evaluations is None else f"{row.evaluations:,}",
-        row.instead if row.value is None else f"{row.value:.5g}",
+        "" if row.value is None else f"{row.value:.5g}",
         f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
         row.feasible,
         *(_number(row.design[v.name], v.unit) if row.design else "" for v in problem.all_variables),
@@ -166,12 +161,11 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
         return []
     evaluation = problem.evaluate(problem.printed_design()[None])
     printed = printed_value(problem)
-    row = Row(
-        "paper, printed",
-        printed.printed if printed else None,
-        problem.reference.design,
-        instead=NONE_PRINTED,
-    )
+    design = problem.reference.design
+    if printed is None:
+        row = Row("paper: none printed", None, design)
+    else:
+        row = Row("paper, printed", printed.printed, design)
     return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
@@ -11,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.problem import DesignProblem, Dimension
 from pkm_gym.core.units import show
 from pkm_gym.studies.arguments import (
     FixOption,
@@ -115,12 +116,11 @@ def summary(best: Evaluation) -> list[str]:
     folder = run_folder(problem.name)
     first = problem.objectives[0]
     value = float(best.objectives[0, 0])
-    named = ", ".join(f"{name} = {x:.4g}" for name, x in problem.named(best.designs[0]).items())
-    lengths = ", ".join(
-        f"{name} = {show(*dimension)}"
-        for name, dimension in problem.derived(best.designs[0]).items()
-    )
-    lines = [f"found: {first.name} = {show(value, first.unit)} at {named} ({lengths})"]
+    units = {v.name: v.unit for v in problem.all_variables}
+    named = {name: Dimension(x, units[name]) for name, x in problem.named(best.designs[0]).items()}
+    at, lengths = _listed(named), _listed(problem.derived(best.designs[0]))
+    lines = [f"found: {first.name} = {show(value, first.unit)} at {at}"]
+    lines[0] += f" ({lengths})" if lengths else ""
     optimum = verified_optimum(problem)
     lines.append(f"checked: it {judged(row_of('found', best, 0, optimum), optimum)}")
     lines += _beside_paper(best)
@@ -128,6 +128,10 @@ def summary(best: Evaluation) -> list[str]:
     lines.append(f"files: {files} in {folder}; studies in {default_storage(problem.name)}")
     lines.append(f"look at it: pkm-gym dashboard {problem.name}")
     return lines
+
+
+def _listed(values: Mapping[str, Dimension]) -> str:
+    return ", ".join(f"{name} = {show(*dimension)}" for name, dimension in values.items())
 
 
 def _beside_paper(best: Evaluation) -> list[str]:
