@@ -44,6 +44,7 @@ class Mechanism(ABC):
     pose_names: ClassVar[tuple[str, ...]]
     twist_names: ClassVar[tuple[str, ...]]
     joint_names: ClassVar[tuple[str, ...]]
+    drawn_axes: ClassVar[tuple[str, str]] = ("x", "y")  # of the drawing plane
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.

@@ -54,6 +54,7 @@ class Spr3(Mechanism):
     pose_names = ("hx", "hy", "s")
     twist_names = ("vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3")
+    drawn_axes = ("x", "z")
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.

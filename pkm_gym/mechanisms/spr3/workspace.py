@@ -18,6 +18,8 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.indices import box_means
 
 if TYPE_CHECKING:
+    import trimesh
+
     from pkm_gym.mechanisms.spr3.mechanism import Spr3
 
 STEP = 0.005  # m, of the legs along a surface
@@ -58,21 +60,30 @@ class Envelope:
         return float(self.vertices[:, 2].min()), float(self.vertices[:, 2].max())
 
     def write(self, path: str | Path) -> Path:
-        """Write the surface to a file that trimesh knows (.stl, .ply, .obj, .glb), in metres.
+        """Write the surface whole or not at all, to a .stl, .ply, .obj or .glb file, in metres.
 
         Raises:
             ValueError: for another extension.
+            OSError: where the file can't be written.
         """
-        import trimesh
-
         path = Path(path)
-        mesh = trimesh.Trimesh(vertices=self.vertices, faces=self.faces, process=False)
         if path.suffix[1:] not in FORMATS:
             raise ValueError(
                 f"can't write {str(path)!r}: an envelope's name ends in {', '.join(FORMATS)}"
             )
-        mesh.export(path)
+        part = path.with_name(f".{path.stem}.part{path.suffix}")
+        try:
+            self.mesh().export(part)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
         return path
+
+    def mesh(self) -> trimesh.Trimesh:
+        """Return the surface for trimesh, in metres."""
+        from trimesh import Trimesh
+
+        return Trimesh(vertices=self.vertices, faces=self.faces, process=False)
 
 
 FORMATS = ("stl", "ply", "obj", "glb")
