@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from pkm_gym.mechanisms.spr3.indices import (
     local_indices_batch,
 )
 from pkm_gym.mechanisms.spr3.kinematics import (
-    RANGE_SLACK,
     forward_kinematics_batch,
     frames_batch,
     leg_lengths_batch,
@@ -54,6 +53,7 @@ class Spr3(Mechanism):
     pose_names = ("hx", "hy", "s")
     twist_names = ("vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3")
+    range_slack: ClassVar[float] = 1e-9  # a leg this share beyond its range still counts as within
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.
@@ -278,7 +278,7 @@ class Spr3(Mechanism):
 
     def _within_reach(self, pose: FloatArray, values: FloatArray) -> FloatArray:
         """Return ``values`` (..., more axes), NaN for the poses that are out of reach."""
-        low, high = self.q_min * (1.0 - RANGE_SLACK), self.q_max * (1.0 + RANGE_SLACK)
+        low, high = self.q_min * (1.0 - self.range_slack), self.q_max * (1.0 + self.range_slack)
         lengths = self.leg_lengths(pose)
         inside = ((lengths >= low) & (lengths <= high)).all(axis=-1) & self._at_home_side(pose)
         more = (1,) * (values.ndim - inside.ndim)
