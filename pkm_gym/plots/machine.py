@@ -30,7 +30,7 @@ def draw_machine(axes: Axes, machine: Mechanism, *, poses: FloatArray | None = N
             solid = False
     for link in drawn[0]:
         if link.role == "base":
-            _draw_base(axes, 1e3 * link.points)
+            _draw_base(axes, _flat(link))
     axes.add_patch(
         Polygon(
             1e3 * machine.workspace(), fill=False, edgecolor=STYLE["ink"], linewidth=1.0, zorder=4
@@ -48,7 +48,7 @@ def draw_machine(axes: Axes, machine: Mechanism, *, poses: FloatArray | None = N
 def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: float) -> None:
     """Draw the moving bodies at one pose."""
     for link in links:
-        x, y = 1e3 * link.points.T
+        x, y = _flat(link).T
         if link.role == "platform":
             axes.plot(
                 x, y, marker="o", markersize=9, linewidth=2.6, color=STYLE["platform"],
@@ -64,6 +64,11 @@ def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: floa
                 markeredgecolor=STYLE[link.role], markeredgewidth=1.0, alpha=alpha,
                 zorder=layer + 0.4,
             )  # fmt: skip
+
+
+def _flat(link: Link) -> FloatArray:
+    """Return a body's points (n, 2) in the drawing plane, mm: of a body in space, x and z."""
+    return 1e3 * link.points[:, [0, -1]]
 
 
 def _draw_base(axes: Axes, points: FloatArray) -> None:

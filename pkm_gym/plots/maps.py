@@ -43,10 +43,11 @@ class WorkspaceMaps:
         """Measure a machine over its workspace; only ``broken`` constraints are looked up."""
         poses = machine.workspace_grid(COLUMNS, ROWS)
         local = machine.local_violations(poses, task)
+        places = 1e3 * machine.drawn(poses)
         return cls(
             machine,
-            1e3 * poses[..., 0],
-            1e3 * poses[..., 1],
+            places[..., 0],
+            places[..., 1],
             machine.index_maps(poses),
             {name: values for name, values in local.items() if name in broken},
         )
