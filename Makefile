@@ -22,7 +22,10 @@ test-slow: $(VENV)/.dev
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	@# studies/ is installed as pkm_gym.studies: show mypy the package as it is installed
+	@rm -rf build/types && mkdir -p build/types/pkm_gym
+	@ln -s $(CURDIR)/pkm_gym/* $(CURDIR)/studies build/types/pkm_gym
+	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only

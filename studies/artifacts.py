@@ -22,10 +22,12 @@ from pkm_gym.studies.storage import designs_of, finished
 
 MECHANISM, INDEX_MAP = "mechanism.png", "index_map.png"
 CARD = "Not drawn: a better design followed at once."
-WORST_NOTE = (
-    "An infeasible trial has a value that no feasible design reaches: see the graph of feasible "
-    "designs below the others."
-)
+READING = {
+    "objectives": "An infeasible trial has a value that no feasible design reaches, so the graph "
+    "of feasible designs, below the others, is the one to read.",
+    "merit": "The values are merits: about 1 at the task's optimum, smaller is better, infeasible "
+    "designs penalised. The graph of feasible designs, below the others, shows the objective.",
+}
 
 
 class Pictures:
@@ -99,7 +101,7 @@ def write_note(study: Study, best: Evaluation, name: str, pictures: list[str]) -
     parts = [f"# {problem.name}: {problem.title}", *_sentences(problem), markdown(problem, rows)]
     parts += [text for text in (verdict(problem), best.explain(0)) if text]
     parts += [f"![{name}]({address})" for address in pictures]
-    parts.append(WORST_NOTE)
+    parts.append(READING[study.user_attrs["values"]])
     save_note(study, "\n\n".join(parts))
 
 
@@ -121,30 +123,35 @@ def _sentences(problem: DesignProblem) -> Iterator[str]:
     yield f"The paper's task{', with ' + ', '.join(changed) if changed else ''}."
 
 
-def write_history(study: Study, problem: DesignProblem) -> None:
-    """Save a graph of the feasible trials' first objective and of the best so far.
+def write_graphs(study: Study, problem: DesignProblem) -> None:
+    """Save graphs of the feasible trials only: their history, and two objectives if there are.
 
-    The dashboard's own history also shows the infeasible trials, whose values are far off.
+    The dashboard's own graphs also show the infeasible trials, whose values are far off.
     """
-    from plotly.graph_objects import Figure, Scatter
+    from plotly.graph_objects import Scatter
 
     trials = finished(study)
     evaluation = problem.evaluate(designs_of(study, problem))
-    first = problem.objectives[0]
     number = np.array([trial.number for trial in trials])[evaluation.feasible]
-    value = evaluation.objectives[evaluation.feasible, 0]
-    best = np.minimum if first.direction == "minimise" else np.maximum
-    line = {"shape": "hv"}
-    figure = Figure(
-        [
-            Scatter(x=number, y=value, mode="markers", name="feasible designs", opacity=0.5),
-            Scatter(x=number, y=best.accumulate(value), mode="lines", name="best", line=line),
-        ]
-    )
-    figure.update_layout(
-        template=None,
-        title=f"feasible designs: {len(number)} of {len(trials)} trials",
-        xaxis_title="trial",
-        yaxis_title=f"{first.name} [{first.unit}]" if first.unit else first.name,
-    )
-    save_plotly_graph_object(study, figure, graph_object_id="feasible_designs")
+    values = evaluation.objectives[evaluation.feasible].T
+    best = np.minimum if problem.objectives[0].direction == "minimise" else np.maximum
+    designs = {"mode": "markers", "name": "feasible designs", "opacity": 0.5}
+    line = {"mode": "lines", "name": "best", "line": {"shape": "hv"}}
+    axes = [f"{o.name} [{o.unit}]" if o.unit else o.name for o in problem.objectives]
+    title = f"feasible designs: {len(number)} of {len(trials)} trials"
+    history = [
+        Scatter(x=number, y=values[0], **designs),
+        Scatter(x=number, y=best.accumulate(values[0]), **line),
+    ]
+    _save_graph(study, "feasible_designs", history, title, "trial", axes[0])
+    if len(axes) > 1:
+        both = [Scatter(x=values[0], y=values[1], **designs)]
+        _save_graph(study, "objectives", both, title, *axes[:2])
+
+
+def _save_graph(study: Study, name: str, traces: list[Any], title: str, x: str, y: str) -> None:
+    from plotly.graph_objects import Figure
+
+    figure = Figure(traces)
+    figure.update_layout(template=None, title=title, xaxis_title=x, yaxis_title=y)
+    save_plotly_graph_object(study, figure, graph_object_id=name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -136,21 +136,17 @@ def run(problem: DesignProblem, sampler: str, *, seed: int, evaluations: int) ->
 
 
 def median(name: str, runs: Sequence[Row]) -> Row:
-    """Return the run of median distance from the optimum; without a feasible design it is last.
+    """Return the run of median regret, empty if that one found no feasible design.
 
     ``feasible`` says how many runs found one.
     """
     feasible = sum(row.feasible == "yes" for row in runs)
-    order = sorted(runs, key=lambda row: row.above if row.feasible == "yes" else np.inf)
+    order = sorted(runs, key=lambda row: row.regret if row.feasible == "yes" else np.inf)
     middle = order[(len(runs) - 1) // 2]
-    return Row(
-        name,
-        middle.value,
-        middle.design,
-        evaluations=middle.evaluations,
-        above=middle.above,
-        feasible=f"{feasible} of {len(runs)}",
-    )
+    found = f"{feasible} of {len(runs)}"
+    if middle.feasible != "yes":
+        return Row(name, None, evaluations=middle.evaluations, feasible=found)
+    return replace(middle, name=name, feasible=found)
 
 
 def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path, Path]:

@@ -47,7 +47,11 @@ from pkm_gym.studies.storage import (
 )
 from pkm_gym.studies.terminal import BAD, FAINT, console
 
-SOLVED = "solved optimum"
+SOLVED, UNCERTAIN = "solved optimum", "uncertain optimum"
+ORIGINS = {
+    SOLVED: "solved now, by two seeds that agree",
+    UNCERTAIN: "solved now, by seeds that disagree",
+}
 AGREES = 1e-6  # share of the objective within which two optima are the same; 8 digits are recorded
 
 
@@ -64,17 +68,18 @@ def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
 def verified_optimum(problem: DesignProblem) -> Row | None:
     """Return the verified optimum of the problem and its task, or None where nothing is feasible.
 
-    It is the reference's, where that holds one; otherwise it is solved now: two searches from
-    different seeds agree to 1e-10 in log merit.
+    It is the reference's, where that holds one; otherwise it is solved now, and called uncertain
+    unless two searches from different seeds agree to 1e-10 in log merit.
     """
     recorded = recorded_optimum(problem)
     if recorded is not None:
         return optimum_row(recorded)
     solved = solve_tasks(problem, problem.pack(None)[None])
-    if not (solved.solvable[0] and solved.certified[0]):
+    if not solved.solvable[0]:
         return None
+    name = SOLVED if solved.certified[0] else UNCERTAIN
     design = problem.named(solved.designs[0])
-    return Row(SOLVED, float(solved.optima[0]), design, above=0.0, feasible="yes")
+    return Row(name, float(solved.optima[0]), design, regret=0.0, feasible="yes")
 
 
 def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
@@ -151,10 +156,11 @@ def judged(polished: Row, optimum: Row | None) -> str:
         return "no feasible design of this task is known"
     if polished.feasible != "yes":
         return "no feasible design lies near the start"
-    recorded = "recorded" if optimum.name != SOLVED else "solved now, by two seeds that agree"
-    if abs(polished.above) <= AGREES:
-        return f"agrees with the verified optimum ({recorded})"
-    return f"another optimum than the verified one ({recorded}), {100 * polished.above:.3g} % above"
+    origin = ORIGINS.get(optimum.name, "recorded")
+    if abs(polished.regret) <= AGREES:
+        return f"agrees with the verified optimum ({origin})"
+    behind = f"{100 * polished.regret:.3g} % behind it"
+    return f"another optimum than the verified one ({origin}), {behind}"
 
 
 def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str, FloatArray]:

@@ -29,7 +29,7 @@ class Row:
         value: of the first objective, None where there is none.
         design: variable -> value.
         evaluations: how many designs it took.
-        above: how far it is from the verified optimum, as a share of it; NaN if infeasible.
+        regret: how far it is behind the verified optimum, as a share of it; NaN if infeasible.
         feasible: "yes", "no", or how many runs found a feasible design.
     """
 
@@ -37,21 +37,21 @@ class Row:
     value: float | None
     design: Mapping[str, float] = field(default_factory=dict)
     evaluations: int | None = None
-    above: float = math.nan
+    regret: float = math.nan
     feasible: str = ""
 
 
 def headers(problem: DesignProblem) -> list[str]:
     """Return the column titles of a table of rows."""
     names = [v.name for v in problem.all_variables]
-    return ["", "evaluated", problem.objectives[0].name, "above", "feasible", *names]
+    return ["", "designs", problem.objectives[0].name, "regret", "feasible", *names]
 
 
 def caption(problem: DesignProblem) -> str:
     """Return what the column titles mean."""
     first = problem.objectives[0]
     unit = f"{first.name} in {first.unit}; " if first.unit else ""
-    return f"{unit}evaluated: how many designs; above: the verified optimum"
+    return f"{unit}designs: number evaluated; regret: behind the optimum"
 
 
 def cells(problem: DesignProblem, row: Row) -> list[str]:
@@ -60,7 +60,7 @@ def cells(problem: DesignProblem, row: Row) -> list[str]:
         row.name,
         "" if row.evaluations is None else f"{row.evaluations:,}",
         "" if row.value is None else f"{row.value:.5g}",
-        f"{round(100.0 * row.above, 3) + 0.0:.3f} %" if math.isfinite(row.above) else "",
+        f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
         row.feasible,
         *(f"{row.design[v.name]:.4f}" if row.design else "" for v in problem.all_variables),
     ]
@@ -90,20 +90,20 @@ def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fie
     feasible = bool(evaluation.feasible[i])
     value = float(evaluation.objectives[i, 0])
     design = problem.named(evaluation.designs[i])
-    above = math.nan
+    regret = math.nan
     if optimum is not None and optimum.value is not None and feasible:
-        above = above_optimum(problem, evaluation.designs[i], optimum)
+        regret = regret_of(problem, evaluation.designs[i], optimum)
     return Row(
         name,
         value if math.isfinite(value) else None,
         design,
-        above=above,
+        regret=regret,
         feasible="yes" if feasible else "no",
         **fields,
     )
 
 
-def above_optimum(problem: DesignProblem, design: FloatArray, optimum: Row) -> float:
+def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float:
     """Return by which share a feasible design (d,) is worse than the optimum."""
     both = problem.evaluate(np.stack([design, problem.design(optimum.design)]))
     return float(np.expm1(both.log_merit[0] - both.log_merit[1]))
@@ -144,7 +144,7 @@ def recorded_optimum(problem: DesignProblem) -> Optimum | None:
 
 def optimum_row(optimum: Optimum) -> Row:
     """Return the row of a verified optimum."""
-    return Row("verified optimum", optimum.value, optimum.design, above=0.0, feasible="yes")
+    return Row("verified optimum", optimum.value, optimum.design, regret=0.0, feasible="yes")
 
 
 def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
@@ -165,10 +165,22 @@ def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
     return [*rows, known] if known else rows
 
 
-def verdict(problem: DesignProblem) -> str:
-    """Return a sentence on the printed value of the first objective, or nothing."""
+def judged_value(problem: DesignProblem) -> Value | None:
+    """Return the printed value whose verdict holds here: our number is the one that was judged.
+
+    With another inertia, say, it is another number.
+    """
     value = printed_value(problem)
     if value is None or not asks_the_papers_task(problem):
+        return None
+    ours = float(problem.evaluate(problem.printed_design()[None]).objectives[0, 0])
+    return value if math.isclose(ours, value.ours, rel_tol=value.tolerance) else None
+
+
+def verdict(problem: DesignProblem) -> str:
+    """Return a sentence on the printed value of the first objective, or nothing."""
+    value = judged_value(problem)
+    if value is None:
         return ""
     sentence = f"The printed {value.symbol} = {value.printed:g} is {value.verdict}"
     return f"{sentence}. {value.note}".strip()

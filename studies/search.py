@@ -26,7 +26,7 @@ from pkm_gym.studies.arguments import (
     SetOption,
     problem_from,
 )
-from pkm_gym.studies.artifacts import Pictures, write_history, write_note
+from pkm_gym.studies.artifacts import Pictures, write_graphs, write_note
 from pkm_gym.studies.report import rich_table, rows_beside_paper
 from pkm_gym.studies.runner import Report, Runner, answer
 from pkm_gym.studies.samplers import MAKERS, check_sampler, make_sampler, values_for
@@ -147,7 +147,7 @@ def search(
         if runner.ran:
             addresses = pictures.draw(study.get_trials(deepcopy=False)[trial], best.designs[0])
             write_note(study, best, f"best, trial {trial}", addresses)
-            write_history(study, problem)
+            write_graphs(study, problem)
     return Found(study, best, trial, where, count_finished(study), stopped, version_note(study))
 
 

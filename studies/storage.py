@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,16 +17,13 @@ import numpy as np
 import optuna
 from optuna import Study
 from optuna.storages import BaseStorage, JournalStorage, RDBStorage
-from optuna.storages.journal import JournalFileBackend, JournalFileOpenLock
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
 from pkm_gym.core.names import unknown
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-
-if sys.platform != "win32":
-    import fcntl
+from pkm_gym.studies.journal import Journal
 
 RUNS = Path("runs")
 JOURNAL = "studies.journal"
@@ -39,28 +35,6 @@ STALE = timedelta(minutes=10)
 
 # What the values of a study's trials are.
 Values = Literal["objectives", "merit"]
-
-
-class KernelLock(JournalFileOpenLock):
-    """A lock on a journal that the operating system releases when its holder dies.
-
-    Optuna's own locks are files, which stay behind when a process is killed.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(str(path))
-        self._path = path.with_name(path.name + ".flock")
-
-    def acquire(self) -> bool:
-        """Wait for the lock."""
-        file = self._path.open("ab")
-        fcntl.flock(file, fcntl.LOCK_EX)
-        self._file = file
-        return True
-
-    def release(self) -> None:
-        """Give the lock back."""
-        self._file.close()
 
 
 @contextmanager
@@ -111,13 +85,12 @@ def open_storage(where: str, *, create: bool = True) -> BaseStorage:
     """
     if is_url(where):
         return _open_database(where)
-    path = Path(where)
+    path = Path(where).absolute()
     if not create and not exists(where):
         raise ValueError(f"there is no storage {where!r}: `pkm-gym search` makes one")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        lock = KernelLock(path) if sys.platform != "win32" else None
-        return JournalStorage(JournalFileBackend(str(path), lock))
+        return JournalStorage(Journal(path))
     except OSError as error:
         raise ValueError(f"can't open the storage {where!r}: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -137,7 +110,7 @@ def _open_database(url: str) -> RDBStorage:
 
 def redacted(text: str) -> str:
     """Return a text without the passwords of the URLs in it."""
-    return re.sub(r"(://[^/@:\s]*):[^/@\s]*@", r"\1:***@", text)
+    return re.sub(r"(://[^/@:\s]*):[^/\s]*@", r"\1:***@", text)
 
 
 def study_names(storage: BaseStorage) -> list[str]:

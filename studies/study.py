@@ -26,7 +26,7 @@ from pkm_gym.studies.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.compare import save as save_comparison
 from pkm_gym.studies.grid import grid
 from pkm_gym.studies.polish import judged, polish, verified_optimum
-from pkm_gym.studies.report import printed_value, rich_table, row_of
+from pkm_gym.studies.report import judged_value, rich_table, row_of
 from pkm_gym.studies.search import TRIALS, own_command, search, search_bar
 from pkm_gym.studies.storage import default_storage, run_folder
 from pkm_gym.studies.terminal import BAD, HEAD, console
@@ -35,7 +35,12 @@ PICTURE = "design.png"
 
 
 def study(
-    problem: DesignProblem, screen: Console, *, trials: int = TRIALS, seed: int = 0
+    problem: DesignProblem,
+    screen: Console,
+    *,
+    trials: int = TRIALS,
+    seed: int = 0,
+    name: str | None = None,
 ) -> Evaluation:
     """Evaluate the paper's grid, search, polish, compare; write everything under runs/.
 
@@ -44,6 +49,7 @@ def study(
         screen: where each step reports.
         trials: of the search.
         seed: of the search.
+        name: what the names of its two studies begin with; the problem's by default.
 
     Returns:
         The evaluation of the best design found, one design.
@@ -51,16 +57,25 @@ def study(
     Raises:
         ValueError: in one sentence, for what one of the steps refuses.
     """
-    command = own_command()
+    if len(problem.objectives) > 1:
+        raise ValueError("study compares designs by one objective: give a single --objective")
+    name, command = name or problem.name, own_command()
     starts = [problem.printed_design()]
     if problem.grid() is not None:
         screen.print(_step(1, "the paper's grid"))
-        evaluated = grid(problem, command=command)
+        evaluated = grid(problem, name=f"{name}-grid", command=command)
         starts.append(evaluated.designs[evaluated.best()])
         screen.print(f"{len(evaluated):,} designs, {int(evaluated.feasible.sum()):,} feasible")
     screen.print(_step(2, "search with TPE"))
     with search_bar(screen, problem, trials) as report:
-        found = search(problem, trials=trials, seed=seed, command=command, report=report)
+        found = search(
+            problem,
+            trials=trials,
+            seed=seed,
+            name=f"{name}-tpe",
+            command=command,
+            report=report,
+        )
     if found.stopped:
         raise KeyboardInterrupt
     starts.append(found.best.designs[0])
@@ -113,15 +128,16 @@ def summary(best: Evaluation) -> list[str]:
 
 def _beside_paper(best: Evaluation) -> list[str]:
     problem = best.problem
-    printed = printed_value(problem)
+    printed = judged_value(problem)
     paper = problem.evaluate(problem.printed_design()[None])
     if printed is None or not (best.feasible[0] and paper.feasible[0]):
         return []
     gain = -100.0 * math.expm1(best.log_merit[0] - paper.log_merit[0])
-    return [
+    line = (
         f"paper: its design has {paper.objectives[0, 0]:.4g} with our model, so ours is "
         f"{gain:.2f} % better; the printed {printed.printed:g} is {printed.verdict}"
-    ]
+    )
+    return [line]
 
 
 def command(
@@ -130,6 +146,15 @@ def command(
         int, typer.Option(metavar="N", min=1, help="How many trials the search shall have.")
     ] = TRIALS,
     seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the search.")] = 0,
+    study_name: Annotated[
+        str | None,
+        typer.Option(
+            "--name",
+            metavar="STUDY",
+            help="What the names of its studies begin with; NAME if not said.",
+            show_default=False,
+        ),
+    ] = None,
     set_: SetOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -142,7 +167,7 @@ def command(
     problem = problem_from(name, set_, fix, range_, objective)
     screen = console()
     began = time.monotonic()
-    best = study(problem, screen, trials=trials, seed=seed)
+    best = study(problem, screen, trials=trials, seed=seed, name=study_name)
     screen.print(Text(f"\n{problem.title}, {time.monotonic() - began:.0f} s", style=HEAD))
     if not best.feasible[0]:
         screen.print(best.explain(0), style=BAD)

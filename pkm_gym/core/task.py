@@ -148,7 +148,7 @@ class Task:
         Raises:
             ValueError: naming the first such field, its row, its value and the allowed range.
         """
-        low, high = _ranges(cls.variables(), legal=True)
+        low, high = cls._ranges(legal=True)
         bad = ~((rows >= low) & (rows <= high))
         if bad.any():
             i, j = np.argwhere(bad)[0]
@@ -161,12 +161,13 @@ class Task:
     @classmethod
     def spread(cls, unit: FloatArray) -> FloatArray:
         """Return the Family's tasks (n, m) at points (n, m) of the unit cube."""
-        low, high = _ranges(cls.variables(), legal=False)
+        low, high = cls._ranges(legal=False)
         return low + (high - low) * unit
 
-
-@cache
-def _ranges(items: tuple[TaskVariable, ...], *, legal: bool) -> tuple[FloatArray, FloatArray]:
-    pairs = [(v.legal_low, v.legal_high) if legal else (v.low, v.high) for v in items]
-    low, high = np.array(pairs).T
-    return low, high
+    @classmethod
+    @cache
+    def _ranges(cls, *, legal: bool) -> tuple[FloatArray, FloatArray]:
+        items = cls.variables()
+        pairs = [(v.legal_low, v.legal_high) if legal else (v.low, v.high) for v in items]
+        low, high = np.array(pairs).T
+        return low, high

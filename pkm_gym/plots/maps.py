@@ -83,6 +83,7 @@ def draw_map(axes: Axes, maps: WorkspaceMaps, index: IndexMap, *, detail: bool =
         maps.x, maps.y, values, levels=np.linspace(low, high, BANDS + 1), cmap=STYLE["map"],
         extend="max" if np.nanmax(values) > high else "neither", zorder=1.5,
     )  # fmt: skip
+    bands.set_rasterized(True)  # a vector format would show seams between the bands
     _draw_broken(axes, maps)
     if detail:
         axes.set_xlim(outline[:, 0].min(), outline[:, 0].max())
@@ -122,6 +123,8 @@ def colour_bar(axes: Axes, bands: ContourSet, text: str) -> None:
     ticks = [tick for tick in MaxNLocator(5).tick_values(low, high) if low <= tick <= high]
     bar_axes = axes.inset_axes((1.025, 0.0, 0.028, 1.0))
     bar = axes.figure.colorbar(bands, cax=bar_axes, ticks=ticks)
+    assert bar.solids is not None
+    bar.solids.set_rasterized(True)
     style_ticks(bar_axes)
     bar.outline.set(linewidth=STYLE["thin"], edgecolor=STYLE["faint"])
     bar.set_label(text, **words("text"), labelpad=4)

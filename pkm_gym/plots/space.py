@@ -90,6 +90,7 @@ def draw_slice(
     bands = axes.contourf(
         cut.x_values, cut.y_values, values, levels=levels, cmap=STYLE["map"], extend="both"
     )
+    bands.set_rasterized(True)  # a vector format would show seams between the bands
     axes.contour(
         cut.x_values, cut.y_values, values, levels=levels, colors="white", linewidths=0.3, alpha=0.6
     )

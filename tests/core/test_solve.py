@@ -109,6 +109,12 @@ def test_polish_is_never_worse_than_its_start(
     assert (after.log_merit <= before.log_merit)[lost].all()
 
 
+def test_polish_keeps_a_start_that_nothing_in_the_box_beats() -> None:
+    problem = pkm_gym.make_problem("diamond", bounds={"lam_e": (0.2, 0.3)})
+    outside = problem.design(problem.reference.optima["tau_G"].design)[None]
+    np.testing.assert_array_equal(polish(problem, outside), outside)
+
+
 def test_polish_of_an_optimum_stays_there(problem: DesignProblem, family: Solutions) -> None:
     solved = np.flatnonzero(family.solvable)[:8]
     polished = polish(problem, family.designs[solved], family.tasks[solved])

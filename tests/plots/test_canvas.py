@@ -44,10 +44,28 @@ def test_pixels_are_the_callers_own(figure):
     np.testing.assert_array_equal(first, kept)
 
 
+@pytest.mark.parametrize("form", ["png", "pdf", "svg"])
+def test_files_carry_no_date_and_no_version(figure, tmp_path, form):
+    content = plots.save(figure, tmp_path / f"picture.{form}").read_bytes()
+    for word in (b"CreationDate", b"dc:date", b"matplotlib.org"):
+        assert word not in content
+
+
 @pytest.mark.parametrize("form", ["png", "pdf"])
 def test_the_same_figure_makes_the_same_file(figure, tmp_path, form):
     one, two = (plots.save(figure, tmp_path / f"{k}.{form}").read_bytes() for k in range(2))
     assert one == two
+
+
+def test_a_file_is_replaced_not_written_over(figure, tmp_path):
+    path = plots.save(figure, tmp_path / "picture.png")
+    reader = tmp_path / "reader.png"
+    reader.hardlink_to(path)
+    before = reader.read_bytes()
+    figure.set_facecolor("black")
+    plots.save(figure, path)
+    assert path.read_bytes() != before
+    assert reader.read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["picture.bmp", "picture", "picture.png.txt"])

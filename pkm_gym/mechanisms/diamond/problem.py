@@ -105,7 +105,7 @@ class DiamondOptions(Options):
     """
 
     inertia: str = "printed"
-    sampling: tuple[int, int] = (24, 9)
+    sampling: tuple[int, int] = (32, 9)
     cycle: bool = False
     cycle_samples: int = 801
 

@@ -1,0 +1,156 @@
+"""The verbs of the studies as they are typed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pkm_gym.mechanisms import make_problem
+from pkm_gym.studies import compare, study
+from pkm_gym.studies.artifacts import Pictures
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    """Draw nothing."""
+    monkeypatch.setattr(Pictures, "draw", lambda *_: [])
+
+
+def test_search_prints_the_best_design_beside_the_papers_and_goes_on(run):
+    first = run("search", "diamond", "--sampler", "random", "--trials", 40)
+    assert first.exit_code == 0, first.output
+    for word in ("paper, printed", "best, trial", "verified optimum"):
+        assert word in first.output
+    assert "study: diamond-random in runs/diamond/studies.journal, 40 trials" in first.output
+    again = run("search", "diamond", "--sampler", "random", "--trials", 45, "--batch", 3)
+    assert "45 trials" in again.output
+
+
+def test_search_takes_a_task_a_fixed_variable_a_range_and_an_objective(run):
+    result = run(
+        "search", "diamond", "--set", "task.payload=1kg", "--fix", "lam_e=0.6", "--range",
+        "lam_l=2:3", "--objective", "condition", "--name", "mine", "--trials", 5, "--warm-start",
+        "grid", "--storage", "mine.journal", "--sampler", "qmc", "--jobs", 2,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "study: mine in mine.journal, 5 trials" in result.output
+    assert Path("artifacts").is_dir()
+
+
+def test_search_says_that_nothing_is_feasible(run):
+    result = run(
+        "search", "diamond", "--trials", 5, "--set", "task.sigma_low=1.2", "task.sigma_high=1.2"
+    )
+    assert "no feasible design was found; the one of lowest merit breaks:" in result.output
+
+
+def test_search_counts_the_pareto_front_of_several_objectives(run):
+    result = run(
+        "search", "diamond", "--trials", 30, "--objective", "tau_G", "--objective", "condition",
+        "--warm-start", "grid",
+    )  # fmt: skip
+    assert "designs on the Pareto front" in result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--sampler", "tp"), "unknown sampler 'tp'; did you mean 'tpe'?"),
+        (("--warm-start", "nothing"), "there is no storage"),
+        (("--set", "task.payload=1"), "stands for another problem (task: "),
+        (("--storage", "."), "can't open the storage '.'"),
+        (("--objective", "tau"), "unknown objective 'tau'"),
+        (("--range", "lam_l=3:2"), "the low one must be the smaller"),
+        (("--trials", "0"), "'--trials'"),
+    ],
+)
+def test_search_refuses_in_one_sentence(run, refused, words, said):
+    if "task.payload=1" in words:
+        run("search", "diamond", "--trials", 2)
+    assert said in refused("search", "diamond", *words)
+
+
+def test_grid_writes_the_atlas_and_names_it(run):
+    result = run("grid", "diamond", "-o", "atlas.nc")
+    assert result.exit_code == 0, result.output
+    assert "designs of the paper's grid" in result.output
+    assert "atlas: atlas.nc" in result.output
+    assert Path("atlas.nc").exists()
+
+
+def test_grid_says_that_nothing_is_feasible(run):
+    result = run("grid", "diamond", "--set", "task.sigma_low=1.2", "task.sigma_high=1.2")
+    assert "0 feasible" in result.output
+    assert "none is logged" in result.output
+
+
+def test_polish_starts_from_the_paper_a_given_design_or_a_study(run):
+    assert "start: the printed design" in run("polish", "diamond").output
+    given = run("polish", "diamond", "--set", "lam_e=0.58", "lam_l=2.3", "gap=0.4")
+    assert "start: the design in --set" in given.output
+    assert "polished: agrees with the verified optimum (recorded)" in given.output
+    optimum = make_problem("diamond").reference.optima["tau_G"].design["lam_e"]
+    assert f"pkm-gym evaluate diamond --set lam_e={optimum:.4f}"[:-1] in given.output
+    run("grid", "diamond")
+    assert "start: the best of the study diamond-grid" in run("polish", "diamond").output
+    assert "start: the best of grid" in run("polish", "diamond", "--from", "grid").output
+
+
+def test_polish_takes_lengths_with_the_task_that_they_settle(run):
+    result = run("polish", "diamond", "--set", "e=150mm", "l1=260mm", "l2=640mm", "H=493mm")
+    assert result.exit_code == 0, result.output
+    assert "solved optimum" in result.output
+    assert "paper, printed" not in result.output
+
+
+def test_polish_refuses_two_starts(refused):
+    said = refused("polish", "diamond", "--from", "paper", "--set", "lam_e=0.5")
+    assert "leave one out" in said
+
+
+def test_compare_prints_and_writes_its_table(run):
+    result = run("compare", "diamond", "--evaluations", 10, "--seeds", 1)
+    assert result.exit_code == 0, result.output
+    assert "cmaes, median of 1" in result.output
+    assert json.loads(Path("runs/diamond/compare.json").read_text())["problem"] == "diamond"
+    assert "| tpe, median of 1 |" in Path("runs/diamond/compare.md").read_text()
+
+
+def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monkeypatch):
+    whole = compare.compare
+    monkeypatch.setattr(study, "compare", lambda *a, **k: whole(*a, **k, evaluations=5, seeds=1))
+    result = run("study", "diamond", "--trials", 20)
+    assert result.exit_code == 0, result.output
+    lines = result.output.rstrip().splitlines()[-5:]
+    starts = ("found: tau_G = ", "checked: it agrees with the verified optimum", "paper: ")
+    assert all(line.startswith(start) for line, start in zip(lines, starts, strict=False))
+    assert lines[-2].startswith("files: ")
+    assert lines[-1] == "look at it: pkm-gym dashboard diamond"
+    for name in ("grid.nc", "compare.md", "compare.json", "design.png", "studies.journal"):
+        assert name in lines[-2]
+        assert Path("runs/diamond", name).stat().st_size > 0
+
+
+def test_study_of_another_task_needs_another_name(run, monkeypatch):
+    whole = compare.compare
+    monkeypatch.setattr(study, "compare", lambda *a, **k: whole(*a, **k, evaluations=2, seeds=1))
+    run("grid", "diamond")
+    words = ("study", "diamond", "--trials", 3, "--set", "task.payload=1")
+    first = run(*words)
+    assert first.exit_code == 2
+    assert "choose another --name" in first.stderr
+    result = run(*words, "--name", "heavy")
+    assert result.exit_code == 0, result.output
+    assert "3 trials in the study heavy-tpe" in result.output
+
+
+def test_study_refuses_several_objectives_at_once(refused):
+    said = refused("study", "diamond", "--objective", "tau_G", "--objective", "condition")
+    assert "give a single --objective" in said
+
+
+def test_dashboard_refuses_what_it_cannot_show(refused):
+    assert "there is no study under" in refused("dashboard", "--no-open")
+    assert "there is no storage" in refused("dashboard", "--no-open", "--storage", "x.journal")
