@@ -13,7 +13,7 @@ from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
-from pkm_gym.mechanisms.spr3.drawing import drawn_links, section_outline
+from pkm_gym.mechanisms.spr3.drawing import closed, drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
     JACOBIANS,
     LOCAL,
@@ -222,9 +222,12 @@ class Spr3(Mechanism):
         return self.position(pose)[..., [0, 2]]
 
     def workspace(self) -> FloatArray:
-        """Return the outline (n, 2) of the workspace's section by the mirror plane of leg 3, m."""
+        """Return the outline (n, 2) of the workspace's section by the mirror plane of leg 3, m.
+
+        What a singularity cuts off is left out; where nothing is reached, it is one point.
+        """
         joints = section_outline(self.q_min, self.q_max)
-        return self.drawn(self.forward_kinematics(joints))
+        return closed(self.drawn(self.forward_kinematics(joints)), self.q_c)
 
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
         """Return poses (rows, columns, 3) over that section: leg 3 along the rows, its twins along.
