@@ -574,3 +574,24 @@ def test_revolute_axes_at_the_printed_azimuths() -> None:
         theta = REFERENCE[f"theta_{i + 1}"].printed
         axis = np.array([np.cos(theta), np.sin(theta), 0.0])
         assert abs(axis @ TANGENTIAL[i]) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_machine_that_reaches_nothing_is_still_drawn() -> None:
+    flat = Spr3(a=0.1, b=0.7, q_min=0.4, q_max=0.55)
+    np.testing.assert_array_equal(flat.workspace(), [[0.0, flat.q_c], [0.0, flat.q_c]])
+    assert np.isnan(flat.links(flat.sample_poses()[0])[-1].points).all()
+    assert np.isfinite(flat.links(flat.sample_poses()[0])[0].points).all()
+
+
+def test_links_are_the_limbs(printed: Spr3) -> None:
+    pose = printed.forward_kinematics(np.array([0.60, 0.62, 0.65]))
+    links = printed.links(pose)
+    fixed, moving, _ = points_of(printed, printed.position(pose), printed.rotation(pose))
+    rods = [link.points for link in links if link.role == "rod"]
+    cylinders = [link.points for link in links if link.role == "arm"]
+    for i in range(3):
+        np.testing.assert_allclose(cylinders[i][0], fixed[i], atol=1e-15)
+        np.testing.assert_allclose(rods[i][1], moving[i], atol=1e-15)
+        lengths = [np.linalg.norm(np.diff(part[i], axis=0)) for part in (cylinders, rods)]
+        assert sum(lengths) == pytest.approx((0.60, 0.62, 0.65)[i], rel=1e-12)
+        assert lengths[0] < printed.q_min

@@ -79,7 +79,6 @@ def test_a_constraint_is_broken_where_its_local_violation_is_positive(problem, r
         machine = problem.mechanism(designs[i], task)
         grid = machine.workspace_grid(201, 41)
         for name, values in machine.local_violations(grid, task).items():
-            names.add(name)
             constraint = evaluation.constraints[i, problem.constraint_names.index(name)]
             if abs(constraint) > 0.01:
                 assert (values.max() > 0.0) == (constraint > 0.0), name

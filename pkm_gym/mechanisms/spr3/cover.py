@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -117,6 +117,8 @@ class CylinderSpr3(Spr3):
     z_c: float = dimension("m", "height of the cylinder's centre over the fixed platform")
     radius: float = dimension("m", "radius of the cylinder")
     height: float = dimension("m", "height of the cylinder")
+
+    range_slack: ClassVar[float] = 1e-4  # the legs' range is that of samples
 
     def workspace(self) -> FloatArray:
         """Return the cylinder's outline (5, 2) in the mirror plane of leg 3, m."""

@@ -29,9 +29,17 @@ def drawn_links(
 
 
 def section_outline(q_min: float, q_max: float) -> FloatArray:
-    """Return leg lengths (n, 3) once around the square of the joint box with equal legs 1 and 2."""
+    """Return leg lengths (n, 3) around the square of the joint box with equal legs 1 and 2."""
     rise = np.linspace(q_min, q_max, STEPS)
     low, high = np.full(STEPS, q_min), np.full(STEPS, q_max)
-    twins = np.concatenate([low, rise[1:], high[1:], rise[::-1][1:]])
-    third = np.concatenate([rise, high[1:], rise[::-1][1:], low[1:]])
+    twins = np.concatenate([low, rise[1:], high[1:], rise[::-1][1:-1]])
+    third = np.concatenate([rise, high[1:], rise[::-1][1:], low[1:-1]])
     return np.stack([twins, twins, third], axis=-1)
+
+
+def closed(outline: FloatArray, height: float) -> FloatArray:
+    """Return the closed polygon of an outline's finite points (n, 2), or a point on the axis."""
+    reached = outline[np.isfinite(outline).all(axis=1)]
+    if len(reached) == 0:
+        reached = np.array([[0.0, height]])
+    return np.concatenate([reached, reached[:1]])

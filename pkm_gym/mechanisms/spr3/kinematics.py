@@ -31,9 +31,6 @@ ITERATIONS = 12
 # A path that needs shorter steps than this share of it ends there.
 SMALLEST_STEP = 1.0 / 4096.0
 
-# A leg this share beyond its range still counts as within.
-RANGE_SLACK = 1e-9
-
 
 @formula
 def anchor(hx: float, hy: float, s: float, b: float, cos: float, sin: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
-from pkm_gym.mechanisms.spr3.drawing import drawn_links, section_outline
+from pkm_gym.mechanisms.spr3.drawing import closed, drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
     JACOBIANS,
     LOCAL,
@@ -22,7 +22,6 @@ from pkm_gym.mechanisms.spr3.indices import (
     local_indices_batch,
 )
 from pkm_gym.mechanisms.spr3.kinematics import (
-    RANGE_SLACK,
     forward_kinematics_batch,
     frames_batch,
     leg_lengths_batch,
@@ -55,6 +54,7 @@ class Spr3(Mechanism):
     twist_names = ("vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3")
     drawn_axes = ("x", "z")
+    range_slack: ClassVar[float] = 1e-9  # a leg this share beyond its range still counts as within
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.
@@ -223,9 +223,12 @@ class Spr3(Mechanism):
         return self.position(pose)[..., [0, 2]]
 
     def workspace(self) -> FloatArray:
-        """Return the outline (n, 2) of the workspace's section by the mirror plane of leg 3, m."""
+        """Return the outline (n, 2) of the workspace's section by the mirror plane of leg 3, m.
+
+        What a singularity cuts off is left out; where nothing is reached, it is one point.
+        """
         joints = section_outline(self.q_min, self.q_max)
-        return self.drawn(self.forward_kinematics(joints))
+        return closed(self.drawn(self.forward_kinematics(joints)), self.q_c)
 
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
         """Return poses (rows, columns, 3) over that section: leg 3 along the rows, its twins along.
@@ -279,7 +282,7 @@ class Spr3(Mechanism):
 
     def _within_reach(self, pose: FloatArray, values: FloatArray) -> FloatArray:
         """Return ``values`` (..., more axes), NaN for the poses that are out of reach."""
-        low, high = self.q_min * (1.0 - RANGE_SLACK), self.q_max * (1.0 + RANGE_SLACK)
+        low, high = self.q_min * (1.0 - self.range_slack), self.q_max * (1.0 + self.range_slack)
         lengths = self.leg_lengths(pose)
         inside = ((lengths >= low) & (lengths <= high)).all(axis=-1) & self._at_home_side(pose)
         more = (1,) * (values.ndim - inside.ndim)

@@ -85,9 +85,8 @@ class Spr3Options(Options):
     """Options of the 3-SPR.
 
     Attributes:
-        jacobian: what is conditioned: "velocity" of the platform's centre, "tilt-a", "tilt-b" or
-            "tilt-D" (tilting times that length, and lifting), "points" (lifting of the three A_i).
-        nodes: Gauss nodes in each of three directions for means over the workspace.
+        jacobian: whose conditioning: velocity, tilt-a, tilt-b, tilt-D or points.
+        nodes: Gauss nodes in each of three directions.
     """
 
     jacobian: str = "velocity"
