@@ -100,11 +100,9 @@ def _task(problem: DesignProblem) -> Any:
 def _options(problem: DesignProblem) -> Any:
     rows = table("option", "default", "what it is")
     kind = type(problem).options_type
-    text = inspect.getdoc(kind) or ""
-    described = dict(re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", text, re.MULTILINE))
+    described = dict(re.findall(r"^ +(\w+): (.+?)\.?$", inspect.getdoc(kind) or "", re.MULTILINE))
     for item in fields(kind):
-        about = " ".join(described.get(item.name, "").split()).removesuffix(".")
-        rows.add_row(item.name, _written(item.default), about)
+        rows.add_row(item.name, _written(item.default), described.get(item.name, ""))
     return rows
 
 

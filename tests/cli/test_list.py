@@ -42,10 +42,5 @@ def test_lengths_and_angles_are_shown_in_millimetres_and_degrees(run):
     assert next(row.split() for row in rows if row.startswith("alpha_min "))[1] == "deg"
 
 
-def test_an_option_is_described_to_its_end(run):
-    text = " ".join(run("list", "spr3").stdout.split())
-    assert '"points" (lifting of the three A_i)' in text
-
-
 def test_an_unknown_mechanism_is_answered_with_the_closest_match(refused):
     assert refused("list", "diamnod") == "unknown mechanism 'diamnod'; did you mean 'diamond'?"
