@@ -22,7 +22,7 @@ VERBS = {
     "list": ("pkm_gym.studies.catalogue:command", "Show the design problems, or one in full."),
     "evaluate": ("pkm_gym.studies.evaluate:command", "Evaluate a design of your own."),
     "study": ("pkm_gym.studies.study:command", "Do grid, search, polish and compare in one go."),
-    "grid": ("pkm_gym.studies.grid:command", "Evaluate the paper's grid."),
+    "grid": ("pkm_gym.studies.grid:command", "Evaluate the paper's grid, or one of ours."),
     "search": ("pkm_gym.studies.search:command", "Search the design space with Optuna."),
     "polish": ("pkm_gym.studies.polish:command", "Refine a design to the optimum near it."),
     "compare": ("pkm_gym.studies.compare:command", "Compare searches with the paper's optimum."),

@@ -11,9 +11,9 @@ import typer
 
 from pkm_gym.core.names import check_known, unknown
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.task import Task
+from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
-from pkm_gym.core.units import parse
+from pkm_gym.core.units import parse, show
 from pkm_gym.mechanisms import problem_type
 
 # Typer reads these where a verb's function is annotated with them. The front door lets several
@@ -143,8 +143,8 @@ def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
     printed = {**problem.reference.design, **problem.fixed}
     notes = [
-        f"{', '.join(given)} set task.{field} = {value:.6g} ({doc})"
-        for field, value, doc in _documented(problem, changes)
+        f"{', '.join(given)} set task.{item.name} = {show(value, item.unit)} ({item.doc})"
+        for item, value in _fields(problem, changes)
     ]
     kept = [key for key in problem.variable_names if key not in values]
     if values and kept:
@@ -225,11 +225,12 @@ def _changed_task(
     problem: DesignProblem, changes: dict[str, float], given: dict[str, float], source: str
 ) -> Task:
     """Return the task with what the dimensions settle, unless the user said otherwise."""
-    for field, value, doc in _documented(problem, changes):
-        if not math.isclose(given.get(field, value), value, rel_tol=1e-6):
+    for item, value in _fields(problem, changes):
+        own = given.get(item.name, value)
+        if not math.isclose(own, value, rel_tol=1e-6):
             raise ValueError(
-                f"task.{field} = {given[field]:.6g} disagrees with {source}, which set it to "
-                f"{value:.6g} ({doc}): leave one out"
+                f"task.{item.name} = {own:.6g} disagrees with {source}, which set it to "
+                f"{f'{value:.6g} {item.unit}'.rstrip()} ({item.doc}): leave one out"
             )
     try:
         return problem.task.replace(**changes)
@@ -237,8 +238,8 @@ def _changed_task(
         raise ValueError(f"{error}; {source} set it (without a unit they are in m)") from None
 
 
-def _documented(
+def _fields(
     problem: DesignProblem, changes: dict[str, float]
-) -> Iterable[tuple[str, float, str]]:
-    docs = {item.name: item.doc for item in problem.task_variables}
-    return ((field, value, docs[field]) for field, value in changes.items())
+) -> Iterable[tuple[TaskVariable, float]]:
+    items = {item.name: item for item in problem.task_variables}
+    return ((items[name], value) for name, value in changes.items())

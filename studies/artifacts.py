@@ -111,7 +111,10 @@ def _sentences(problem: DesignProblem) -> Iterator[str]:
     docs = {index.name: index.doc for index in problem.index_table}
     unit = f" ({first.unit})" if first.unit else ""
     yield f"{first.direction.capitalize()} **{first.name}**{unit}, the {docs[first.name]}."
-    space = [f"{v.name} {v.low:g} to {v.high:g} ({v.doc})" for v in problem.variables]
+    space = [
+        f"{v.name} {v.low:g} to {v.high:g}{v.unit and f' {v.unit}'} ({v.doc})"
+        for v in problem.variables
+    ]
     space += [f"{name} = {value:g}" for name, value in problem.fixed.items()]
     yield f"Over {', '.join(space)}."
     paper = problem.task_type()

@@ -41,7 +41,10 @@ def _show_all(screen: Console) -> None:
         rows.add_row(
             Text(name, style=HEAD),
             "\n".join([problem.title, count, *_environments(name)]),
-            "\n".join(f"{v.name} {_range(v.low, v.high, v.unit)}" for v in problem.all_variables),
+            "\n".join(
+                f"{v.name} {_range(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
+                for v in problem.all_variables
+            ),
             "\n".join(objective.name for objective in problem.all_objectives),
         )
     screen.print(rows)
@@ -97,7 +100,7 @@ def _task(problem: DesignProblem) -> Any:
 def _options(problem: DesignProblem) -> Any:
     rows = table("option", "default", "what it is")
     kind = type(problem).options_type
-    described = dict(re.findall(r"^ +(\w+): (.+)$", inspect.getdoc(kind) or "", re.MULTILINE))
+    described = dict(re.findall(r"^ +(\w+): (.+?)\.?$", inspect.getdoc(kind) or "", re.MULTILINE))
     for item in fields(kind):
         rows.add_row(item.name, _written(item.default), described.get(item.name, ""))
     return rows

@@ -98,7 +98,9 @@ def compare(
     optimum = verified_optimum(problem)
     known = [problem.printed_design()[None]]
     rows = paper_rows(problem, optimum)
-    if problem.grid() is not None:
+    if problem.grid() is None:
+        rows.append(Row("grid: none printed", None))
+    else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
         known.append(grid.designs[ranking(grid)[:POLISHED]])
@@ -196,7 +198,7 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Compare the paper's optimum, its grid, a polished design and Optuna's samplers.
+    """Compare the paper's optimum, its grid if it has one, a polished design and Optuna's samplers.
 
     Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
     every run, to compare.json.

@@ -1,4 +1,4 @@
-"""``pkm-gym grid``: the paper's grid in one call, as an atlas and as a study of its best."""
+"""``pkm-gym grid``: a grid in one call, as an atlas and as a study of its best."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from pkm_gym.studies.artifacts import Pictures, write_note
 from pkm_gym.studies.report import ranking, rich_table, rows_beside_paper, whole_file
 from pkm_gym.studies.samplers import constraints_of
 from pkm_gym.studies.search import StorageOption, own_command
+from pkm_gym.studies.starts import STEP, grid_designs, grid_name
 from pkm_gym.studies.storage import (
     artifact_folder,
     count_finished,
@@ -46,25 +47,9 @@ if TYPE_CHECKING:
 LOGGED = 200  # how many of the best feasible designs the study gets
 
 
-def evaluate_grid(problem: DesignProblem) -> Evaluation:
-    """Evaluate the paper's grid within the problem's bounds.
-
-    Raises:
-        ValueError: in one sentence, if the paper has no grid or none of it is within the bounds.
-    """
-    designs = problem.grid()
-    if designs is None:
-        raise ValueError(f"the paper of {problem.name} has no grid")
-    if len(designs) == 0:
-        raise ValueError(
-            f"no design of the paper's grid lies in this search space: {_space(problem)}"
-        )
-    return problem.evaluate(designs)
-
-
-def _space(problem: DesignProblem) -> str:
-    ranges = [f"{v.name} {v.low:g} to {v.high:g}" for v in problem.variables]
-    return ", ".join([*ranges, *(f"{name} = {x:g}" for name, x in problem.fixed.items())])
+def evaluate_grid(problem: DesignProblem, step: float | None = None) -> Evaluation:
+    """Evaluate the paper's grid within the problem's bounds, or ours: see ``grid_designs``."""
+    return problem.evaluate(grid_designs(problem, step))
 
 
 def atlas(evaluation: Evaluation, command: str = "") -> xarray.Dataset:
@@ -150,28 +135,31 @@ def log_best(study: Study, evaluation: Evaluation) -> int:
 def grid(
     problem: DesignProblem,
     *,
+    step: float | None = None,
     storage: str | None = None,
     name: str | None = None,
     output: Path | None = None,
     command: str = "",
 ) -> Evaluation:
-    """Evaluate the paper's grid, write the atlas and log its best feasible designs in a study.
+    """Evaluate a grid, write the atlas and log its best feasible designs in a study.
 
     Args:
         problem: what is evaluated, with its task.
+        step: of a grid over the bounds, in the variables' SI units; without one it is the paper's
+            grid, or where the paper has none, ours with the step 0.01.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
-        name: of the study; the problem's name and "grid" by default.
+        name: of the study; the problem's name, "grid" and the step by default.
         output: the atlas; runs/NAME/grid.nc by default.
         command: kept with the atlas and the study.
 
     Raises:
-        ValueError: in one sentence, if there is no grid or the study stands for something else.
+        ValueError: in one sentence, for no such grid or a study that stands for something else.
     """
-    evaluation = evaluate_grid(problem)
+    evaluation = evaluate_grid(problem, step)
     where = storage or default_storage(problem.name)
     with quiet():
         study = open_study(
-            problem, open_storage(where), name or f"{problem.name}-grid", command=command
+            problem, open_storage(where), name or _study_name(problem, step), command=command
         )
         save_atlas(atlas(evaluation, command), output or run_folder(problem.name) / "grid.nc")
         if count_finished(study) or log_best(study, evaluation) == 0:
@@ -179,19 +167,36 @@ def grid(
         best = problem.evaluate(evaluation.designs[evaluation.best()][None])
         pictures = Pictures(problem, study, artifact_folder(where))
         pictures.promise(study)
-        write_note(study, best, "best of the grid", pictures.draw(study, best.designs[0]))
+        write_note(study, best, _best_of(problem, step), pictures.draw(study, best.designs[0]))
     return evaluation
+
+
+def _study_name(problem: DesignProblem, step: float | None) -> str:
+    return f"{problem.name}-grid" if step is None else f"{problem.name}-grid-{step:g}"
+
+
+def _best_of(problem: DesignProblem, step: float | None) -> str:
+    return f"best of {grid_name(problem, step)}"
 
 
 def command(
     name: Name,
+    step: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Evaluate our grid, this step in SI apart in every variable over its bounds, in "
+            "place of the paper's; 0.01 where the paper has none.",
+            show_default=False,
+        ),
+    ] = None,
     storage: StorageOption = None,
     study_name: Annotated[
         str | None,
         typer.Option(
             "--name",
             metavar="STUDY",
-            help="Of the study; NAME-grid if not said.",
+            help="Of the study; NAME-grid, with a step NAME-grid-S, if not said.",
             show_default=False,
         ),
     ] = None,
@@ -212,21 +217,30 @@ def command(
 ) -> None:
     """Evaluate the paper's grid in one call, write all of it to a file and log its best designs.
 
-    The file is NetCDF: xarray.open_dataset reads it.
+    Where the paper has no grid, or with --step, it is one of ours. The file is NetCDF:
+    xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective)
     evaluation = grid(
-        problem, storage=storage, name=study_name, output=output, command=own_command()
+        problem, step=step, storage=storage, name=study_name, output=output, command=own_command()
     )
     screen = console()
     feasible = int(evaluation.feasible.sum())
-    screen.print(f"{len(evaluation):,} designs of the paper's grid, {feasible:,} feasible")
+    screen.print(grid_line(evaluation, step))
     best = problem.evaluate(evaluation.designs[evaluation.best()][None])
-    screen.print(rich_table(problem, rows_beside_paper(best, "best of the grid")))
+    screen.print(rich_table(problem, rows_beside_paper(best, _best_of(problem, step))))
     if not feasible:
         screen.print("no design of the grid is feasible, so none is logged", style=BAD)
     else:
         where = redacted(storage or default_storage(name))
-        logged = f"study: {study_name or f'{name}-grid'} in {where}, the best {LOGGED} designs"
-        screen.print(logged, soft_wrap=True)
+        logged = f"{study_name or _study_name(problem, step)} in {where}"
+        screen.print(f"study: {logged}, the best {min(feasible, LOGGED)} designs", soft_wrap=True)
     screen.print(f"atlas: {output or run_folder(name) / 'grid.nc'}", soft_wrap=True)
+
+
+def grid_line(evaluation: Evaluation, step: float | None = None) -> str:
+    """Return how many designs a grid has, whose it is and how many are feasible."""
+    whose, feasible = grid_name(evaluation.problem, step), int(evaluation.feasible.sum())
+    if whose == "our grid":
+        whose += f" (a step of {STEP if step is None else step:g} over the bounds)"
+    return f"{len(evaluation):,} designs of {whose}, {feasible:,} feasible"

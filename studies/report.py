@@ -17,6 +17,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Value
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted, shown
 from pkm_gym.studies.terminal import FAINT, table
 
 
@@ -50,8 +51,11 @@ def headers(problem: DesignProblem) -> list[str]:
 def caption(problem: DesignProblem) -> str:
     """Return what the column titles mean."""
     first = problem.objectives[0]
-    unit = f"{first.name} in {first.unit}; " if first.unit else ""
-    return f"{unit}designs: number evaluated; regret: behind the optimum"
+    units: dict[str, list[str]] = {first.unit: [first.name]}
+    for v in problem.all_variables:
+        units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
+    said = "".join(f"{', '.join(names)} in {unit}; " for unit, names in units.items() if unit)
+    return f"{said}designs: number evaluated; regret: behind the optimum"
 
 
 def cells(problem: DesignProblem, row: Row) -> list[str]:
@@ -62,8 +66,12 @@ def cells(problem: DesignProblem, row: Row) -> list[str]:
         "" if row.value is None else f"{row.value:.5g}",
         f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
         row.feasible,
-        *(f"{row.design[v.name]:.4f}" if row.design else "" for v in problem.all_variables),
+        *(_number(row.design[v.name], v.unit) if row.design else "" for v in problem.all_variables),
     ]
+
+
+def _number(value: float, unit: str) -> str:
+    return shown(value, unit)[0] if unit else f"{value:.4f}"
 
 
 def markdown(problem: DesignProblem, rows: Iterable[Row]) -> str:
@@ -153,7 +161,11 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
         return []
     evaluation = problem.evaluate(problem.printed_design()[None])
     printed = printed_value(problem)
-    row = Row("paper, printed", printed.printed if printed else None, problem.reference.design)
+    design = problem.reference.design
+    if printed is None:
+        row = Row("paper: none printed", None, design)
+    else:
+        row = Row("paper, printed", printed.printed, design)
     return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
 
 

@@ -1,9 +1,11 @@
-"""Designs that a search starts from."""
+"""Designs that a search starts from, and the grids."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+import numpy as np
 from optuna import Study
 
 from pkm_gym.core.problem import DesignProblem
@@ -12,6 +14,52 @@ from pkm_gym.studies.report import ranking
 from pkm_gym.studies.storage import designs_of, load_study, open_storage
 
 WARM_STARTS = 10  # how many designs of a grid or a study a warm start takes over
+STEP = 0.01  # of our grid, in the variables' own units, where the paper has none
+LARGEST = 1_000_000  # designs in a grid
+
+
+def grid_name(problem: DesignProblem, step: float | None = None) -> str:
+    """Return whose grid ``grid_designs`` returns: "the paper's grid" or "our grid"."""
+    return "the paper's grid" if step is None and problem.grid() is not None else "our grid"
+
+
+def grid_designs(problem: DesignProblem, step: float | None = None) -> FloatArray:
+    """Return the paper's grid (n, d) within the bounds, or with a step, or without one, ours.
+
+    Raises:
+        ValueError: in one sentence, for a step that makes no grid or too large a one, or if none of
+            the paper's grid is within the bounds.
+    """
+    designs = problem.grid() if step is None else None
+    if designs is None:
+        return _even_grid(problem, STEP if step is None else step)
+    if len(designs) == 0:
+        raise ValueError(
+            f"no design of the paper's grid lies in this search space: {_space(problem)}"
+        )
+    return designs
+
+
+def _even_grid(problem: DesignProblem, step: float) -> FloatArray:
+    """Return the designs (n, d) a step apart in every variable, from its lower bound."""
+    if not (0.0 < step < math.inf):
+        raise ValueError(f"the grid's step is {step:g}: it must be finite and > 0")
+    counts = np.floor((problem.high - problem.low) / step + 1e-9) + 1.0
+    if np.prod(counts) > LARGEST:
+        raise ValueError(
+            f"a step of {step:g} makes {np.prod(counts):,.0f} designs: choose a larger one, for at "
+            f"most {LARGEST:,}"
+        )
+    axes = [
+        np.minimum(low + step * np.arange(int(count)), high).round(12)
+        for low, high, count in zip(problem.low, problem.high, counts, strict=True)
+    ]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def _space(problem: DesignProblem) -> str:
+    ranges = [f"{v.name} {v.low:g} to {v.high:g}" for v in problem.variables]
+    return ", ".join([*ranges, *(f"{name} = {x:g}" for name, x in problem.fixed.items())])
 
 
 def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
@@ -26,13 +74,11 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
         ValueError: in one sentence, if there are none.
     """
     if source == "paper":
-        designs: FloatArray | None = problem.printed_design()[None]
+        designs = problem.printed_design()[None]
     elif source == "grid":
-        designs = problem.grid()
+        designs = grid_designs(problem)
     else:
         designs = designs_of(load_study(open_storage(where, create=False), source), problem)
-    if designs is None or len(designs) == 0:
-        raise ValueError("the paper has no grid within these bounds to start from")
     inside = designs[((designs >= problem.low) & (designs <= problem.high)).all(axis=1)]
     if len(inside) == 0:
         raise ValueError(f"no design of {source!r} lies within the search bounds")

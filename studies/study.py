@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
+from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.problem import DesignProblem, Dimension
 from pkm_gym.core.units import show
 from pkm_gym.studies.arguments import (
     FixOption,
@@ -24,10 +24,17 @@ from pkm_gym.studies.arguments import (
 )
 from pkm_gym.studies.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.compare import save as save_comparison
-from pkm_gym.studies.grid import grid
+from pkm_gym.studies.grid import grid, grid_line
 from pkm_gym.studies.polish import judged, polish, verified_optimum
-from pkm_gym.studies.report import judged_value, rich_table, row_of
+from pkm_gym.studies.report import (
+    asks_the_papers_task,
+    judged_value,
+    printed_value,
+    rich_table,
+    row_of,
+)
 from pkm_gym.studies.search import TRIALS, own_command, search, search_bar
+from pkm_gym.studies.starts import grid_name
 from pkm_gym.studies.storage import default_storage, run_folder
 from pkm_gym.studies.terminal import BAD, HEAD, console
 
@@ -42,7 +49,7 @@ def study(
     seed: int = 0,
     name: str | None = None,
 ) -> Evaluation:
-    """Evaluate the paper's grid, search, polish, compare; write everything under runs/.
+    """Evaluate a grid, search, polish, compare; write everything under runs/.
 
     Args:
         problem: what is studied, with its task; one objective.
@@ -60,12 +67,10 @@ def study(
     if len(problem.objectives) > 1:
         raise ValueError("study compares designs by one objective: give a single --objective")
     name, command = name or problem.name, own_command()
-    starts = [problem.printed_design()]
-    if problem.grid() is not None:
-        screen.print(_step(1, "the paper's grid"))
-        evaluated = grid(problem, name=f"{name}-grid", command=command)
-        starts.append(evaluated.designs[evaluated.best()])
-        screen.print(f"{len(evaluated):,} designs, {int(evaluated.feasible.sum()):,} feasible")
+    screen.print(_step(1, grid_name(problem)))
+    evaluated = grid(problem, name=f"{name}-grid", command=command)
+    starts = [problem.printed_design(), evaluated.designs[evaluated.best()]]
+    screen.print(grid_line(evaluated))
     screen.print(_step(2, "search with TPE"))
     with search_bar(screen, problem, trials) as report:
         found = search(
@@ -111,12 +116,11 @@ def summary(best: Evaluation) -> list[str]:
     folder = run_folder(problem.name)
     first = problem.objectives[0]
     value = float(best.objectives[0, 0])
-    named = ", ".join(f"{name} = {x:.4g}" for name, x in problem.named(best.designs[0]).items())
-    lengths = ", ".join(
-        f"{name} = {show(*dimension)}"
-        for name, dimension in problem.derived(best.designs[0]).items()
-    )
-    lines = [f"found: {first.name} = {show(value, first.unit)} at {named} ({lengths})"]
+    units = {v.name: v.unit for v in problem.all_variables}
+    named = {name: Dimension(x, units[name]) for name, x in problem.named(best.designs[0]).items()}
+    at, lengths = _listed(named), _listed(problem.derived(best.designs[0]))
+    lines = [f"found: {first.name} = {show(value, first.unit)} at {at}"]
+    lines[0] += f" ({lengths})" if lengths else ""
     optimum = verified_optimum(problem)
     lines.append(f"checked: it {judged(row_of('found', best, 0, optimum), optimum)}")
     lines += _beside_paper(best)
@@ -126,18 +130,25 @@ def summary(best: Evaluation) -> list[str]:
     return lines
 
 
+def _listed(values: Mapping[str, Dimension]) -> str:
+    return ", ".join(f"{name} = {show(*dimension)}" for name, dimension in values.items())
+
+
 def _beside_paper(best: Evaluation) -> list[str]:
     problem = best.problem
-    printed = judged_value(problem)
+    printed, judged_one = printed_value(problem), judged_value(problem)
     paper = problem.evaluate(problem.printed_design()[None])
-    if printed is None or not (best.feasible[0] and paper.feasible[0]):
+    unjudged = printed is not None and judged_one is None
+    if unjudged or not (asks_the_papers_task(problem) and best.feasible[0] and paper.feasible[0]):
         return []
-    gain = -100.0 * math.expm1(best.log_merit[0] - paper.log_merit[0])
+    theirs, ours = float(paper.objectives[0, 0]), float(best.objectives[0, 0])
     line = (
-        f"paper: its design has {paper.objectives[0, 0]:.4g} with our model, so ours is "
-        f"{gain:.2f} % better; the printed {printed.printed:g} is {printed.verdict}"
+        f"paper: its design has {theirs:.4g} with our model, so ours is "
+        f"{100.0 * abs(ours / theirs - 1.0):.2f} % better; "
     )
-    return [line]
+    if judged_one is None:
+        return [f"{line}it prints no {problem.objectives[0].name}"]
+    return [f"{line}the printed {judged_one.printed:g} is {judged_one.verdict}"]
 
 
 def command(
@@ -160,7 +171,7 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Evaluate the paper's grid, search with Optuna, polish the best design, compare all ways.
+    """Evaluate a grid, search with Optuna, polish the best design, compare all ways.
 
     Everything goes to runs/NAME; the same command again goes on where it was.
     """

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from gymnasium.envs.registration import register, registry
 
-# Name in the id -> (design problem, version of the id).
+# id -> (design problem, whether each episode has a task of its own, drawn from the Family)
 DESIGN = {
-    "Diamond": ("diamond", 0),
+    "PKM/Diamond-v0": ("diamond", False),
+    "PKM/DiamondFamily-v0": ("diamond", True),
+    "PKM/SPR3-v0": ("spr3", False),
+    "PKM/SPR3Family-v0": ("spr3", True),
+    "PKM/SPR3Cylinder-v0": ("spr3_cylinder", False),
 }
 
 
 def register_environments() -> None:
-    """Register two ids a row, once: the paper's task, and a Family's new task each episode."""
-    for name, (problem, version) in DESIGN.items():
-        for suffix, family in (("", False), ("Family", True)):
-            env_id = f"PKM/{name}{suffix}-v{version}"
-            if env_id not in registry:
-                register(
-                    env_id,
-                    entry_point="pkm_gym.envs.design:DesignEnv",
-                    vector_entry_point="pkm_gym.envs.vector:DesignVectorEnv",
-                    kwargs={"problem": problem, "family": family},
-                )
+    """Register every id of the table, once."""
+    for env_id, (problem, family) in DESIGN.items():
+        if env_id not in registry:
+            register(
+                env_id,
+                entry_point="pkm_gym.envs.design:DesignEnv",
+                vector_entry_point="pkm_gym.envs.vector:DesignVectorEnv",
+                kwargs={"problem": problem, "family": family},
+            )

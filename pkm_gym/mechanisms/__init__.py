@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 REGISTRY = {
     "diamond": "pkm_gym.mechanisms.diamond.problem:DiamondProblem",
+    "spr3": "pkm_gym.mechanisms.spr3.problem:Spr3Problem",
+    "spr3_cylinder": "pkm_gym.mechanisms.spr3.cylinder:Spr3CylinderProblem",
 }
 
 

@@ -18,7 +18,7 @@ from pkm_gym.plots.machine import draw_machine
 from pkm_gym.plots.maps import WorkspaceMaps, draw_map
 from pkm_gym.plots.style import new_figure, panel, shown, words
 
-RIGHT = 0.57  # where the column of numbers begins
+RIGHT = 0.545  # where the column of numbers begins
 BOTTOM = 0.275  # where it ends; below it stand the broken limits
 LINE = 0.03  # height of a line of words
 WRAP = 72  # letters of a line of words
@@ -42,11 +42,11 @@ def design_figure(problem: DesignProblem, design: FloatArray, task: TaskLike = N
         return figure
     maps = WorkspaceMaps.of(machine, chosen, _broken(evaluation))
     index = maps.chosen(problem.objectives[0].name)
-    axes = panel(figure, (0.062, 0.085, 0.465, 0.87), x="x (mm)", y="y (mm)")
+    axes = panel(figure, (0.062, 0.085, 0.465, 0.87))
     draw_map(axes, maps, index, detail=False)
     draw_machine(axes, machine)
     box = (RIGHT + 0.05, middle + 0.11, 0.29, 0.765 - middle)
-    axes = panel(figure, box, x="x (mm)", y="y (mm)")
+    axes = panel(figure, box)
     draw_map(axes, maps, index)
     return figure
 
@@ -77,9 +77,7 @@ def index_map_figure(
         row, column = divmod(k, columns)
         left, bottom = 5.0 * column + 0.62, height - 1.85 * (row + 1) + 0.47
         box = (left / width, bottom / height, 3.5 / width, 1.1 / height)
-        axes = panel(
-            figure, box, x="x (mm)", y="y (mm)", title=docs[name][0].upper() + docs[name][1:]
-        )
+        axes = panel(figure, box, title=docs[name][0].upper() + docs[name][1:])
         draw_map(axes, maps, maps.indices[name])
     return figure
 
@@ -117,7 +115,11 @@ def _write(figure: Figure, evaluation: Evaluation, machine: Mechanism | None, ta
     tables = _indices(evaluation), dimensions, _changing(task)
     top = BOTTOM + LINE * max(map(len, tables))
     for title, x, width, rows in zip(
-        ("indices", "design", "task"), (0.0, 0.2, 0.313), (0.132, 0.078, 0.087), tables, strict=True
+        ("indices", "design", "task"),
+        (0.0, 0.195, 0.302),
+        (0.13, 0.073, 0.111),
+        tables,
+        strict=True,
     ):
         _table(figure, RIGHT + x, top, width, title, rows, strong=problem.objectives[0].name)
     if not evaluation.feasible[0]:

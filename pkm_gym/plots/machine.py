@@ -21,7 +21,7 @@ def draw_machine(axes: Axes, machine: Mechanism, *, poses: FloatArray | None = N
         Whether any pose was in reach; the base and the workspace are drawn all the same.
     """
     poses = machine.sample_poses() if poses is None else poses
-    drawn = [machine.links(pose) for pose in poses]
+    drawn = [_in_plane(machine, pose) for pose in poses]
     reached = [all(np.isfinite(link.points).all() for link in links) for links in drawn]
     solid = True
     for links, inside in zip(drawn, reached, strict=True):
@@ -36,6 +36,7 @@ def draw_machine(axes: Axes, machine: Mechanism, *, poses: FloatArray | None = N
             1e3 * machine.workspace(), fill=False, edgecolor=STYLE["ink"], linewidth=1.0, zorder=4
         )
     )
+    label_axes(axes, machine)
     axes.use_sticky_edges = False
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.06)
@@ -43,6 +44,18 @@ def draw_machine(axes: Axes, machine: Mechanism, *, poses: FloatArray | None = N
     axes.set_axisbelow(True)
     style_ticks(axes)
     return any(reached)
+
+
+def outline(machine: Mechanism) -> FloatArray:
+    """Return the workspace's outline (n, 2), mm, as far as it is in reach."""
+    points = 1e3 * machine.workspace()
+    return points[np.isfinite(points).all(axis=1)]
+
+
+def label_axes(axes: Axes, machine: Mechanism) -> None:
+    """Name the axes of the machine's drawing plane."""
+    for axis, name in zip((axes.xaxis, axes.yaxis), machine.drawn_axes, strict=True):
+        axis.set_label_text(f"{name} (mm)")
 
 
 def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: float) -> None:
@@ -64,6 +77,15 @@ def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: floa
                 markeredgecolor=STYLE[link.role], markeredgewidth=1.0, alpha=alpha,
                 zorder=layer + 0.4,
             )  # fmt: skip
+
+
+def _in_plane(machine: Mechanism, pose: FloatArray) -> tuple[Link, ...]:
+    """Return the links at a pose (k,), those in space seen square to the drawing plane."""
+    columns = ["xyz".index(name) for name in machine.drawn_axes]
+    return tuple(
+        link if link.points.shape[1] == 2 else Link(link.role, link.points[:, columns])
+        for link in machine.links(pose)
+    )
 
 
 def _draw_base(axes: Axes, points: FloatArray) -> None:

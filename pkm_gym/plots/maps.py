@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.plots.machine import label_axes, outline
 from pkm_gym.plots.style import STYLE, label, shown, style_ticks, words
 
 COLUMNS, ROWS = 161, 33  # of the samples
@@ -28,6 +29,7 @@ class WorkspaceMaps:
         machine: the machine.
         x: array (rows, columns), mm.
         y: array (rows, columns), mm.
+        placed: array (rows, columns), False where x and y are made up: no pose is known there.
         indices: the local indices, arrays (rows, columns), NaN out of reach.
         violations: broken constraint -> array (rows, columns), > 0 where it is broken.
     """
@@ -35,6 +37,7 @@ class WorkspaceMaps:
     machine: Mechanism
     x: FloatArray
     y: FloatArray
+    placed: BoolArray
     indices: Mapping[str, IndexMap]
     violations: Mapping[str, FloatArray]
 
@@ -43,10 +46,14 @@ class WorkspaceMaps:
         """Measure a machine over its workspace; only ``broken`` constraints are looked up."""
         poses = machine.workspace_grid(COLUMNS, ROWS)
         local = machine.local_violations(poses, task)
+        places = 1e3 * machine.drawn(poses)
+        placed = np.asarray(np.isfinite(places).all(axis=-1))
+        places[~placed] = places[placed].mean(axis=0) if placed.any() else 0.0
         return cls(
             machine,
-            1e3 * poses[..., 0],
-            1e3 * poses[..., 1],
+            places[..., 0],
+            places[..., 1],
+            placed,
             machine.index_maps(poses),
             {name: values for name, values in local.items() if name in broken},
         )
@@ -70,10 +77,13 @@ def draw_map(axes: Axes, maps: WorkspaceMaps, index: IndexMap, *, detail: bool =
         index: one of them.
         detail: contour lines, marks of the worst poses and a colour bar beside the axes, too.
     """
-    outline = 1e3 * maps.machine.workspace()
-    axes.add_patch(Polygon(outline, facecolor=STYLE["undefined"], edgecolor="none", zorder=1))
-    if maps.out_of_reach.any():
-        hatch(axes, maps.x, maps.y, maps.out_of_reach.astype(float), 0.5, "faint")
+    label_axes(axes, maps.machine)
+    axes.add_patch(
+        Polygon(outline(maps.machine), facecolor=STYLE["undefined"], edgecolor="none", zorder=1)
+    )
+    if (maps.out_of_reach & maps.placed).any():
+        unknown = np.ma.masked_where(~maps.placed, maps.out_of_reach.astype(float))
+        hatch(axes, maps.x, maps.y, unknown, 0.5, "faint")
     if maps.out_of_reach.all():
         return
     values, _ = shown(index.values, index.unit)
@@ -85,18 +95,19 @@ def draw_map(axes: Axes, maps: WorkspaceMaps, index: IndexMap, *, detail: bool =
     bands.set_rasterized(True)  # a vector format would show seams between the bands
     _draw_broken(axes, maps)
     if detail:
-        axes.set_xlim(outline[:, 0].min(), outline[:, 0].max())
-        axes.set_ylim(outline[:, 1].min(), outline[:, 1].max())
+        axes.set_xlim(maps.x.min(), maps.x.max())
+        axes.set_ylim(maps.y.min(), maps.y.max())
         _draw_contours(axes, maps, np.clip(values, low, high))
         _mark_extremes(axes, maps, index)
         colour_bar(axes, bands, label(index.name, index.unit))
 
 
 def colour_range(values: FloatArray) -> tuple[float, float]:
-    """Return the range of the colours: all values, but a pole is cut at three times the median."""
+    """Return the range of the colours: all values, or to three times the median where none is 0."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    if low > 0.0:
-        high = min(high, 3.0 * float(np.nanmedian(values)))
+    median = float(np.nanmedian(values))
+    if low > 1e-6 * median > 0.0:
+        high = min(high, 3.0 * median)
     return low, max(high, low + 1e-6 * max(1.0, abs(low)))
 
 

@@ -57,7 +57,12 @@ def new_figure(width: float, height: float, *, dpi: float | None = None) -> Figu
 
 
 def panel(
-    figure: Figure, box: tuple[float, float, float, float], *, x: str, y: str, title: str = ""
+    figure: Figure,
+    box: tuple[float, float, float, float],
+    *,
+    x: str = "",
+    y: str = "",
+    title: str = "",
 ) -> Axes:
     """Add axes in ``box`` (left, bottom, width, height, shares of the figure), labelled."""
     axes = figure.add_axes(box, facecolor="white")
@@ -109,7 +114,9 @@ def symbol(name: str) -> str:
 def shown(value: Any, unit: str) -> tuple[Any, str]:
     """Return a value (number or array) and its unit as people read them: mm, deg, m/s²."""
     factor, name = SHOWN_UNITS.get(unit, (1.0, unit))
-    return value if factor == 1.0 else factor * value, name.replace("^2", "²").replace(" m", "·m")
+    return value if factor == 1.0 else factor * value, name.replace("^2", "²").replace(
+        "^3", "³"
+    ).replace(" m", "·m")
 
 
 def label(name: str, unit: str) -> str:

@@ -12,7 +12,7 @@ from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 from pkm_gym.mechanisms.diamond.problem import cycle_path
-from pkm_gym.studies.figures import Picture
+from pkm_gym.studies.figures import Picture, machine_pictures
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -125,26 +125,6 @@ def intervals(problem: DesignProblem) -> Figure:
     return figure
 
 
-def printed_design(problem: DesignProblem) -> Figure:
-    """Draw the design that the paper prints."""
-    return plots.design_figure(problem, problem.printed_design())
-
-
-def optimum(problem: DesignProblem) -> Figure:
-    """Draw the verified optimum of the paper's task."""
-    return plots.design_figure(problem, _optimum(problem))
-
-
-def printed_maps(problem: DesignProblem) -> Figure:
-    """Draw the local indices of the printed design over its workspace."""
-    return plots.index_map_figure(problem, problem.printed_design())
-
-
-def optimum_maps(problem: DesignProblem) -> Figure:
-    """Draw the local indices of the verified optimum over its workspace."""
-    return plots.index_map_figure(problem, _optimum(problem))
-
-
 def cycle(problem: DesignProblem) -> Figure:
     """Draw torque over the pick-and-place cycle, its parts, and the torque-speed plane."""
     design = problem.printed_design()
@@ -176,20 +156,13 @@ def cycle(problem: DesignProblem) -> Figure:
 
 
 PICTURES = {
-    "diamond": Picture("the verified optimum", optimum),
-    "printed": Picture("the printed design", printed_design),
-    "diamond_maps": Picture("index maps of the verified optimum", optimum_maps),
-    "printed_maps": Picture("index maps of the printed design", printed_maps),
+    **machine_pictures("diamond"),
     "fig4_torque": Picture("tau_G over the design space, as in Fig. 4", torque_maps),
     "fig5_6_sigma": Picture("singular values over the design space, as in Figs 5, 6", sigma_maps),
     "fig7_intervals": Picture("least tau_G against lam_e, as in Fig. 7", intervals),
     "fig8_wedge": Picture("the feasible wedge at the printed lam_e, as in Fig. 8", wedge),
     "cycle": Picture("drive torque over the pick-and-place cycle", cycle),
 }
-
-
-def _optimum(problem: DesignProblem) -> FloatArray:
-    return problem.design(problem.reference.optima["tau_G"].design)
 
 
 def _height(values: Mapping[str, float], name: str) -> float:

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.sampling import symmetric_cube
 from pkm_gym.mechanisms.spr3 import problem as spr3
 from pkm_gym.mechanisms.spr3.indices import isotropic_leg
-from pkm_gym.mechanisms.spr3.problem import Spr3Problem
 
 DESIGNS = 2048
 CHUNK = 64  # designs a chunk: its arrays stay in the cache
@@ -91,7 +91,7 @@ def _anchors(pose: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def problem() -> DesignProblem:
-    return Spr3Problem()
+    return pkm_gym.make_problem("spr3")
 
 
 @pytest.fixture(scope="module")

@@ -101,6 +101,28 @@ def test_lengths_say_which_delta_they_set(run):
     assert "e, l1, l2, H set task.delta = 1.125 (b / (2 (e + l1)))" in text
 
 
+@pytest.mark.parametrize("name", pkm_gym.problems())
+def test_each_problem_shows_and_draws_its_printed_design(run, tmp_path, name):
+    result = run("evaluate", name)
+    assert result.exit_code == 0, result.output
+    assert f"{name}: the design that the paper prints" in result.stdout
+    assert "feasible: every limit holds" in result.stdout
+    assert (tmp_path / f"runs/{name}/evaluate.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_lengths_of_the_3_spr_set_its_size_and_stroke(run):
+    words = ["a=210mm", "b=0.455", "q_min=500mm", "q_max=0.8"]
+    text = " ".join(run("evaluate", "spr3", "--set", *words).stdout.split())
+    q_c = (0.5 + 0.8) / 2
+    problem = pkm_gym.make_problem("spr3")
+    D = (0.21 + 0.455 + q_c) / 3
+    assert f"set task.D = {1e3 * D:.1f} mm" in text
+    evaluation = problem.evaluate(
+        np.array([[0.21 / D, q_c / D]]), problem.task.replace(D=D, lam=0.15 / q_c)
+    )
+    assert f"gci {evaluation.indices['gci'][0]:.4g} mean" in text
+
+
 def test_a_broken_limit_is_said_in_words_with_its_margin(run):
     text = run("evaluate", "diamond", "--set", "gap=0.5", "task.sigma_low=0.75").stdout
     problem = pkm_gym.make_problem("diamond", task={"sigma_low": 0.75})

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pkm_gym.mechanisms import make_problem
-from pkm_gym.studies import compare, study
+from pkm_gym.studies import compare, starts, study
 from pkm_gym.studies.artifacts import Pictures
 
 
@@ -131,6 +131,51 @@ def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monk
     for name in ("grid.nc", "compare.md", "compare.json", "design.png", "studies.journal"):
         assert name in lines[-2]
         assert Path("runs/diamond", name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
+def test_study_without_a_papers_grid_or_index_says_so(run, monkeypatch, name):
+    whole = compare.compare
+    monkeypatch.setattr(study, "compare", lambda *a, **k: whole(*a, **k, evaluations=5, seeds=1))
+    monkeypatch.setattr(starts, "STEP", 0.05)
+    result = run("study", name, "--trials", 10)
+    assert result.exit_code == 0, result.output
+    assert "1/4 our grid" in result.output
+    assert result.output.count("none printed") == 2
+    lines = result.output.rstrip().splitlines()[-5:]
+    problem = make_problem(name)
+    theirs, best = problem.reference["gci"].ours, problem.reference.optima["gci"].value
+    assert lines[0].startswith(f"found: gci = {best:.4g} at ")
+    assert lines[1] == "checked: it agrees with the verified optimum (recorded)"
+    assert lines[2] == (
+        f"paper: its design has {theirs:.4g} with our model, so ours is "
+        f"{100 * (best / theirs - 1):.2f} % better; it prints no gci"
+    )
+    for file in ("grid.nc", "compare.md", "compare.json", "design.png", "studies.journal"):
+        assert Path("runs", name, file).stat().st_size > 0
+
+
+def test_grid_takes_a_step_and_calls_the_grid_ours(run):
+    result = run("grid", "spr3", "--step", 0.05)
+    assert result.exit_code == 0, result.output
+    assert "210 designs of our grid (a step of 0.05 over the bounds)" in result.output
+    assert "best of our grid" in result.output
+    assert "study: spr3-grid-0.05 in runs/spr3/studies.journal" in result.output
+
+
+@pytest.mark.parametrize("step", ["0", "0.00001"])
+def test_grid_refuses_a_step_that_makes_no_grid(refused, step):
+    assert "step" in refused("grid", "spr3", "--step", step)
+
+
+def test_search_starts_from_our_grid_and_polish_from_the_search(run, monkeypatch):
+    monkeypatch.setattr(starts, "STEP", 0.05)
+    result = run("search", "spr3", "--trials", 12, "--warm-start", "grid", "--sampler", "random")
+    assert result.exit_code == 0, result.output
+    assert "none printed" in result.output
+    polished = run("polish", "spr3").output
+    assert "start: the best of the study spr3-random" in polished
+    assert "polished: agrees with the verified optimum (recorded)" in polished
 
 
 def test_study_of_another_task_needs_another_name(run, monkeypatch):

@@ -10,8 +10,19 @@ import pytest
 from pkm_gym.core import compile as compiling
 from pkm_gym.core.problem import DesignProblem
 
+# Constraints that say by how much a design is out of reach.
+REACH = {
+    "diamond": ("reach_inner", "reach_outer"),
+    "spr3": ("assembly",),
+    "spr3_cylinder": ("assembly",),
+}
+
 # Constraints on what is undefined out of reach.
-LOCAL = {"diamond": ("assembly", "sigma_max", "sigma_min", "alpha", "beta")}
+LOCAL = {
+    "diamond": ("assembly", "sigma_max", "sigma_min", "alpha", "beta"),
+    "spr3": ("determinant", "fold", "volume", "parasitic", "s_angle", "r_angle", "lci"),
+    "spr3_cylinder": ("determinant", "stroke", "size", "s_angle"),
+}
 
 
 def random_designs(
@@ -80,11 +91,11 @@ def test_one_task_for_all_equals_its_rows(problem: DesignProblem, rng: np.random
 def test_what_is_out_of_reach_is_undefined_and_its_constraints_say_by_how_much(
     problem: DesignProblem, rng: np.random.Generator
 ) -> None:
-    evaluation = problem.evaluate(*random_designs(problem, rng, 1000))
-    reach = [k for k, name in enumerate(problem.constraint_names) if name.startswith("reach")]
+    evaluation = problem.evaluate(*random_designs(problem, rng, 5000))
+    reach = [k for k, name in enumerate(problem.constraint_names) if name in REACH[problem.name]]
     violation = evaluation.constraints[:, reach].max(axis=1)
     outside = violation > 0.0
-    assert 50 < outside.sum() < 950
+    assert 10 < outside.sum() < 4750
     for name, values in evaluation.indices.items():
         np.testing.assert_array_equal(np.isnan(values), outside, err_msg=name)
     local = [k for k, name in enumerate(problem.constraint_names) if name in LOCAL[problem.name]]
@@ -96,11 +107,12 @@ def test_dimensionless_indices_keep_their_value_in_another_size(
     problem: DesignProblem, rng: np.random.Generator
 ) -> None:
     designs, tasks = random_designs(problem, rng, 500)
-    larger = tasks.copy()
-    for column, variable in enumerate(problem.task_variables):
-        if variable.unit == "m":
-            larger[:, column] *= 1.5
-    one, other = problem.evaluate(designs, tasks), problem.evaluate(designs, larger)
+    scales = [
+        np.array([1.5 if variable.unit == "m" else 1.0 for variable in variables])
+        for variables in (problem.all_variables, problem.task_variables)
+    ]
+    one = problem.evaluate(designs, tasks)
+    other = problem.evaluate(designs * scales[0], tasks * scales[1])
     for index in problem.index_table:
         if index.unit in ("", "rad"):
             np.testing.assert_allclose(
@@ -172,7 +184,7 @@ def test_derived_dimensions_lead_back_to_the_design(
         task = problem.unpack(row)
         lengths = {
             name: value for name, (value, unit) in problem.derived(design, task).items() if unit
-        }
+        } or problem.named(design)
         values, changed = problem.from_dimensions(lengths, task)
         np.testing.assert_allclose(problem.design(values), design, rtol=1e-12)
         for name, value in changed.items():

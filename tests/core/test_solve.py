@@ -11,7 +11,7 @@ from pkm_gym.core.solve import Solutions, polish, solve_tasks
 
 
 def test_almost_every_task_of_the_family_is_solvable_and_certified(family: Solutions) -> None:
-    assert family.solvable.mean() >= 0.98
+    assert family.solvable.mean() >= 0.9
     assert family.certified.mean() >= 0.99
 
 

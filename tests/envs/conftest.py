@@ -15,8 +15,8 @@ from pkm_gym.core.solve import solve_tasks
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.envs.registration import DESIGN
 
-FIXED = [f"PKM/{name}-v{version}" for name, (_, version) in DESIGN.items()]
-FAMILY = [f"PKM/{name}Family-v{version}" for name, (_, version) in DESIGN.items()]
+FIXED = [env_id for env_id, (_, family) in DESIGN.items() if not family]
+FAMILY = [env_id for env_id, (_, family) in DESIGN.items() if family]
 
 
 @pytest.fixture(params=FIXED + FAMILY)

@@ -233,23 +233,32 @@ def test_regret_of_a_family_is_measured_from_the_pools_optima(family_id, make, p
         np.testing.assert_allclose([step[1] for step in steps], wanted, atol=1e-7)
 
 
-def test_regret_without_a_known_optimum_is_refused(fixed_id, family_id, make, pools):
+def test_regret_without_a_known_optimum_is_refused(fixed_id, make):
     problem = make(fixed_id).problem
     variable = problem.variables[0]
-    with pytest.raises(ValueError, match=r"needs solved tasks: give pool='FILE.npz'"):
-        make(family_id, reward="regret")
     for changed in (
         {"fixed": {variable.name: variable.low}},
-        {"task": {problem.task_variables[0].name: problem.task_variables[0].legal_low}},
+        {"task": other_task(problem)},
         {"bounds": {variable.name: (variable.low, 0.5 * (variable.low + variable.high))}},
     ):
         with pytest.raises(ValueError, match="optimum of the paper's"):
             make(fixed_id, reward="regret", **changed)
-    _, file = pools(problem.name)
-    other = {"task": {problem.task_variables[0].name: problem.task_variables[0].legal_low}}
-    for env in (make(fixed_id, reward="regret"), make(family_id, reward="regret", pool=str(file))):
-        with pytest.raises(ValueError, match="has no stored optimum"):
-            env.reset(options=other)
+    with pytest.raises(ValueError, match="has no stored optimum"):
+        make(fixed_id, reward="regret").reset(options={"task": other_task(problem)})
+
+
+def test_regret_of_a_family_without_its_optima_is_refused(family_id, make, pools):
+    with pytest.raises(ValueError, match=r"needs solved tasks: give pool='FILE.npz'"):
+        make(family_id, reward="regret")
+    problem = make(family_id).problem
+    env = make(family_id, reward="regret", pool=str(pools(problem.name)[1]))
+    with pytest.raises(ValueError, match="has no stored optimum"):
+        env.reset(options={"task": other_task(problem)})
+
+
+def other_task(problem) -> dict[str, float]:
+    field = problem.task_variables[0]
+    return {field.name: field.legal_low}
 
 
 # What is refused --------------------------------------------------------------------------------

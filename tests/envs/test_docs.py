@@ -7,15 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from pkm_gym.envs.registration import DESIGN
-
 PAGES = Path(__file__).parents[2] / "docs" / "environments"
 EXAMPLES = [
-    pytest.param(code, id=f"{name}-{number}")
-    for name, _ in DESIGN.values()
-    for number, code in enumerate(
-        re.findall(r"```python\n(.*?)```", (PAGES / f"{name}.md").read_text(), re.DOTALL)
-    )
+    pytest.param(code, id=f"{page.stem}-{number}")
+    for page in sorted(PAGES.glob("*.md"))
+    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
 ]
 
 
@@ -27,7 +23,8 @@ def test_example_runs(code, tmp_path, monkeypatch):
 
 def test_page_states_ids_spaces_and_layout(env_id, make):
     env = make(env_id)
-    text = (PAGES / f"{env.problem.name}.md").read_text()
+    mechanism = env.problem.package.rpartition(".")[2]
+    text = (PAGES / f"{mechanism}.md").read_text()
     size, moves = env.observation_space.shape[0], env.action_space.shape[0]
     assert f"`{env_id}`" in text
     assert f"`Box(-1, 1, ({size},), float32)`" in text

@@ -170,6 +170,7 @@ def test_the_optimum_falls_with_the_spacing_up_to_the_best_one() -> None:
     assert values[-1] == pytest.approx(REFERENCE.optima["tau_G"].value, rel=1e-6)
 
 
+@pytest.mark.parametrize("problem", ["diamond"], indirect=True)
 def test_each_limit_of_the_family_holds_back_a_tenth_of_its_optima(family: Solutions) -> None:
     shares = dict(
         zip(

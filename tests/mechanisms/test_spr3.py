@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import pkm_gym
 from pkm_gym.core.reference import Reference
 from pkm_gym.mechanisms.spr3 import kinematics
 from pkm_gym.mechanisms.spr3.assembly import all_assembly_modes
@@ -22,7 +23,6 @@ from pkm_gym.mechanisms.spr3.path import (
     motion,
     needed_range,
 )
-from pkm_gym.mechanisms.spr3.problem import Spr3Problem
 from pkm_gym.mechanisms.spr3.workspace import (
     envelope,
     volume_by_quadrature,
@@ -38,7 +38,7 @@ TANGENTIAL = np.stack([-np.sin(AZIMUTHS), np.cos(AZIMUTHS), np.zeros(3)], axis=-
 
 @pytest.fixture(scope="module")
 def printed() -> Spr3:
-    problem = Spr3Problem()
+    problem = pkm_gym.make_problem("spr3")
     machine = problem.mechanism(problem.printed_design())
     assert isinstance(machine, Spr3)
     return machine
@@ -47,7 +47,7 @@ def printed() -> Spr3:
 @pytest.fixture(scope="module")
 def machines() -> list[Spr3]:
     """Machines of every shape whose joint box holds no singularity."""
-    problem = Spr3Problem()
+    problem = pkm_gym.make_problem("spr3")
     rng = np.random.default_rng(5)
     designs = problem.low + (problem.high - problem.low) * rng.random((200, 2))
     kept = designs[problem.evaluate(designs).indices["lci_min"] > 0.15][:40]

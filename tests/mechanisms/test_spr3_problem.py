@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
+import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference, Value
-from pkm_gym.core.solve import solve_tasks
-from pkm_gym.mechanisms.spr3.cylinder import Spr3CylinderProblem
+from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.mechanisms.spr3.indices import JACOBIANS
-from pkm_gym.mechanisms.spr3.problem import Spr3Problem
 
 PAPER = Reference.load("pkm_gym.mechanisms.spr3")
 CYLINDER = Reference.load("pkm_gym.mechanisms.spr3", "cylinder.toml")
@@ -26,12 +25,12 @@ TANGENTIAL = np.stack([-np.sin(AZIMUTHS), np.cos(AZIMUTHS), 0.0 * AZIMUTHS], axi
 
 @pytest.fixture(scope="module")
 def spr3() -> DesignProblem:
-    return Spr3Problem()
+    return pkm_gym.make_problem("spr3")
 
 
 @pytest.fixture(scope="module")
 def cylinder() -> DesignProblem:
-    return Spr3CylinderProblem()
+    return pkm_gym.make_problem("spr3_cylinder")
 
 
 # A model of its own: nothing but the limbs' closure and the six-by-six system ---------------------
@@ -224,10 +223,10 @@ def test_sampling_errors_are_as_documented(spr3: DesignProblem, nodes: int, erro
     designs = spr3.low + (spr3.high - spr3.low) * rng.random((1500, 2))
     tasks = np.repeat(spr3.pack(None)[None], 1500, axis=0)
     tasks[:, 0] = rng.uniform(0.12, 0.28, 1500)
-    finer = Spr3Problem(nodes=12).evaluate(designs, tasks).indices
+    finer = pkm_gym.make_problem("spr3", nodes=12).evaluate(designs, tasks).indices
     usable = (finer["lci_min"] > 0.2) & (finer["s_angle"] < 1.0)
     assert usable.sum() > 700
-    found = Spr3Problem(nodes=nodes).evaluate(designs, tasks).indices
+    found = pkm_gym.make_problem("spr3", nodes=nodes).evaluate(designs, tasks).indices
     assert np.abs(found["gci"] - finer["gci"])[usable].max() < error
     assert np.abs(found["volume"] / finer["volume"] - 1.0)[usable].max() < error
 
@@ -292,7 +291,7 @@ def test_the_homogeneous_jacobians(spr3: DesignProblem, jacobian: str) -> None:
     np.testing.assert_allclose(
         machine.local_indices(poses, jacobian)["lci"], expected, rtol=0.0, atol=1e-8
     )
-    problem = Spr3Problem(jacobian=jacobian)
+    problem = pkm_gym.make_problem("spr3", jacobian=jacobian)
     means = dict(zip(JACOBIANS, (0.5518, 0.6148, 0.6577, 0.6959, 0.4337), strict=True))
     found = problem.evaluate(problem.printed_design()[None]).indices["gci"][0]
     assert found == pytest.approx(means[jacobian], abs=1e-4)
@@ -300,18 +299,18 @@ def test_the_homogeneous_jacobians(spr3: DesignProblem, jacobian: str) -> None:
 
 def test_an_unknown_jacobian_is_answered_with_the_closest(spr3: DesignProblem) -> None:
     with pytest.raises(ValueError, match="unknown jacobian 'tilt'; did you mean 'tilt-"):
-        Spr3Problem(jacobian="tilt")
+        pkm_gym.make_problem("spr3", jacobian="tilt")
     machine: Any = spr3.mechanism(spr3.printed_design())
     with pytest.raises(ValueError, match="unknown jacobian 'point'; did you mean 'points'"):
         machine.local_indices(machine.home, "point")
     with pytest.raises(ValueError, match="nodes is 1: it must be a whole number from 2 to 64"):
-        Spr3Problem(nodes=1)
+        pkm_gym.make_problem("spr3", nodes=1)
 
 
-@pytest.mark.parametrize("kind", [Spr3Problem, Spr3CylinderProblem])
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
 @pytest.mark.parametrize("jacobian", JACOBIANS)
-def test_the_merit_is_one_at_the_optimum(kind: type[DesignProblem], jacobian: str) -> None:
-    problem = kind(jacobian=jacobian)
+def test_the_merit_is_one_at_the_optimum(name: str, jacobian: str) -> None:
+    problem = pkm_gym.make_problem(name, jacobian=jacobian)
     solution = solve_tasks(problem, problem.pack(None)[None])
     assert solution.certified[0]
     assert np.exp(solution.log_merit[0]) == pytest.approx(1.0, abs=1e-3)
@@ -346,10 +345,12 @@ def test_the_optimum_is_the_vertex_of_two_limits(spr3: DesignProblem) -> None:
     assert gci == pytest.approx(optimum.value, abs=optimum.tolerance)
 
 
-def test_each_limit_holds_back_some_optima_of_the_family(spr3: DesignProblem) -> None:
-    family = solve_tasks(spr3, spr3.draw_tasks(256, np.random.default_rng(2010)))
+@pytest.mark.parametrize("problem", ["spr3"], indirect=True)
+def test_each_limit_holds_back_some_optima_of_the_family(
+    problem: DesignProblem, family: Solutions
+) -> None:
     active = family.active[family.solvable].mean(axis=0)
-    shares = dict(zip(spr3.constraint_names, active, strict=True))
+    shares = dict(zip(problem.constraint_names, active, strict=True))
     assert family.solvable.mean() >= 0.9
     for name in ("volume", "parasitic", "s_angle", "r_angle", "lci"):
         assert shares[name] >= 0.02, shares
@@ -377,9 +378,9 @@ def test_a_box_with_a_singularity_is_told_by_any_step(spr3: DesignProblem) -> No
     assert agreed >= compared - 1
 
 
-@pytest.mark.parametrize("kind", [Spr3Problem, Spr3CylinderProblem])
-def test_hostile_designs_are_answered_with_finite_numbers(kind: type[DesignProblem]) -> None:
-    problem = kind()
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
+def test_hostile_designs_are_answered_with_finite_numbers(name: str) -> None:
+    problem = pkm_gym.make_problem(name)
     hostile = [np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-300, 1e300, 1e9, 2.9999, 1.0, 0.5, 1e-3]
     designs = np.array(list(itertools.product(hostile, repeat=len(problem.low))))
     evaluation = problem.evaluate(designs)

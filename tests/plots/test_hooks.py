@@ -28,7 +28,7 @@ def test_links_are_finite_in_reach_and_the_base_never_moves(machine, rng):
         assert {"base", "platform"} <= {link.role for link in links}
         for link in links:
             assert link.points.ndim == 2
-            assert link.points.shape[1] == 2
+            assert link.points.shape[1] in (2, 3)
             assert np.isfinite(link.points).all()
         bases.append(np.concatenate([link.points for link in links if link.role == "base"]))
     np.testing.assert_array_equal(bases, np.broadcast_to(bases[0], np.shape(bases)))
@@ -41,7 +41,7 @@ def test_links_hang_together(machine, rng):
         for link in links:
             for end in (link.points[0], link.points[-1]):
                 others = [e for e in ends if e is not end]
-                assert min(np.hypot(*(end - other).T) for other in others) < 1e-15
+                assert min(np.linalg.norm(end - other) for other in others) < 1e-15
 
 
 def test_workspace_is_a_closed_polygon_that_holds_the_grid_and_the_poses(machine):
@@ -50,11 +50,13 @@ def test_workspace_is_a_closed_polygon_that_holds_the_grid_and_the_poses(machine
     low, high = outline.min(axis=0), outline.max(axis=0)
     grid = machine.workspace_grid(7, 5)
     assert grid.shape == (5, 7, len(machine.pose_names))
-    np.testing.assert_allclose(grid[..., :2].min(axis=(0, 1)), low, atol=1e-15)
-    np.testing.assert_allclose(grid[..., :2].max(axis=(0, 1)), high, atol=1e-15)
+    places = machine.drawn(grid)
+    np.testing.assert_allclose(places.min(axis=(0, 1)), low, atol=1e-15)
+    np.testing.assert_allclose(places.max(axis=(0, 1)), high, atol=1e-15)
     poses = machine.sample_poses()
     assert 2 <= len(poses) <= 3
-    assert ((poses[:, :2] >= low - 1e-15) & (poses[:, :2] <= high + 1e-15)).all()
+    places = machine.drawn(poses)
+    assert ((places >= low - 1e-15) & (places <= high + 1e-15)).all()
 
 
 def test_an_index_is_the_extreme_of_its_map(problem):
@@ -71,7 +73,7 @@ def test_an_index_is_the_extreme_of_its_map(problem):
 def test_a_constraint_is_broken_where_its_local_violation_is_positive(problem, rng):
     designs = problem.low + (problem.high - problem.low) * rng.random((150, len(problem.low)))
     evaluation = problem.evaluate(designs, problem.draw_tasks(150, rng))
-    seen = set()
+    seen, names = set(), set()
     for i in np.flatnonzero(np.isfinite(evaluation.objectives[:, 0])):
         task = evaluation.task(i)
         machine = problem.mechanism(designs[i], task)
@@ -81,7 +83,7 @@ def test_a_constraint_is_broken_where_its_local_violation_is_positive(problem, r
             if abs(constraint) > 0.01:
                 assert (values.max() > 0.0) == (constraint > 0.0), name
                 seen.add((name, constraint > 0.0))
-    assert len(seen) >= 2 * len(machine.local_violations(grid, task)) - 2
+    assert len(seen) >= 0.8 * len(names) > 0.0
 
 
 def test_out_of_reach_the_hooks_answer_nan(problem):

@@ -91,6 +91,30 @@ def test_another_task_is_compared_without_what_the_paper_prints():
     assert other.verdict == ""
 
 
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
+def test_what_the_paper_does_not_print_is_said(name):
+    problem = pkm_gym.make_problem(name)
+    other = compare(problem, evaluations=15, seeds=1)
+    rows = {row.name: row for row in other.rows}
+    assert rows["paper: none printed"].value is None
+    assert rows["paper: none printed"].design == problem.reference.design
+    assert rows["grid: none printed"].value is None
+    ours = problem.reference["gci"]
+    optimum = problem.reference.optima["gci"].value
+    printed = rows["paper, our model"]
+    assert printed.value == pytest.approx(ours.ours, rel=ours.tolerance)
+    assert printed.regret == pytest.approx(optimum / printed.value - 1.0, abs=1e-6)
+    assert rows["polished"].value == pytest.approx(optimum, rel=1e-6)
+    assert other.verdict == ""
+
+
+def test_lengths_are_shown_in_millimetres():
+    problem = pkm_gym.make_problem("spr3_cylinder")
+    text = markdown(problem, [Row("x", 0.5, {"a": 0.1234, "b": 0.5, "z_c": 0.6})])
+    assert "| 123.4 | 500.0 | 600.0 |" in text
+    assert "a, b, z_c in mm" in text
+
+
 def test_a_verdict_is_passed_on_the_judged_number_only(diamond):
     assert verdict(diamond)
     for changes in (

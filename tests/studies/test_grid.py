@@ -12,6 +12,7 @@ from optuna_dashboard import get_note
 
 import pkm_gym
 from pkm_gym.studies.grid import LOGGED, atlas, evaluate_grid, grid, save_atlas
+from pkm_gym.studies.starts import grid_designs, grid_name
 from pkm_gym.studies.storage import default_storage, finished, load_study, open_storage
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -80,7 +81,7 @@ def test_the_study_gets_the_best_feasible_designs_once(diamond):
         assert alone.objectives[0, 0] == pytest.approx(trial.value, rel=1e-12)
         assert all(value <= 0.0 for value in trial.constraints.values())
         assert trial.user_attrs["feasible"] is True
-    assert "best of the grid" in get_note(stored())
+    assert "best of the paper's grid" in get_note(stored())
 
 
 def test_without_a_feasible_design_the_atlas_is_written_and_the_study_empty():
@@ -102,6 +103,54 @@ def test_a_space_without_grid_designs_is_refused():
     problem = pkm_gym.make_problem("diamond", fixed={"lam_e": 0.55})
     with pytest.raises(ValueError, match=r"no design of the paper's grid .* lam_e = 0\.55"):
         grid(problem)
+
+
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
+def test_where_the_paper_has_no_grid_ours_spans_the_bounds(name):
+    problem = pkm_gym.make_problem(name)
+    assert problem.grid() is None
+    assert grid_name(problem) == "our grid"
+    designs = grid_designs(problem, 0.05)
+    axes = [np.unique(column) for column in designs.T]
+    assert len(designs) == np.prod([len(axis) for axis in axes])
+    for axis, low, high in zip(axes, problem.low, problem.high, strict=True):
+        np.testing.assert_allclose(np.diff(axis), 0.05, rtol=1e-9)
+        assert axis[0] == low
+        assert high - 0.05 < axis[-1] <= high
+    dataset = atlas(evaluate_grid(problem, 0.05))
+    assert dataset["gci"].shape == tuple(len(axis) for axis in axes)
+
+
+def test_a_step_replaces_the_papers_grid(diamond):
+    assert grid_name(diamond) == "the paper's grid"
+    assert grid_name(diamond, 0.1) == "our grid"
+    assert len(grid_designs(diamond, 0.1)) == 6 * 25 * 7
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        (0.0, "step is 0: it must be finite and > 0"),
+        (-1.0, "step is -1: it must"),
+        (np.nan, "step is nan: it must"),
+        (1e-4, "makes 45,513,501 designs: choose a larger one, for at most 1,000,000"),
+    ],
+)
+def test_a_step_that_makes_no_grid_is_refused(step, said):
+    with pytest.raises(ValueError, match=said):
+        grid_designs(pkm_gym.make_problem("spr3"), step)
+
+
+def test_the_grid_of_another_step_is_another_study():
+    problem = pkm_gym.make_problem("spr3")
+    for step in (0.05, 0.1):
+        evaluation = grid(problem, step=step)
+        storage = open_storage(default_storage("spr3"))
+        study = load_study(storage, f"spr3-grid-{step}")
+        feasible = evaluation.objectives[evaluation.feasible, 0]
+        assert study.best_value == feasible.max()
+        assert [t.value for t in finished(study)] == sorted(feasible, reverse=True)[:LOGGED]
+        assert "best of our grid" in get_note(study)
 
 
 def test_an_atlas_that_cannot_be_written_leaves_the_old_one(diamond, monkeypatch, tmp_path):
