@@ -118,7 +118,7 @@ def find_method(name: str) -> Method:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise
         raise ValueError(f"method {name!r}: there is no module {error.name!r}") from None
-    if not isinstance(found, Method):
+    if type(found) is not Method:
         raise ValueError(
             f"method {name!r}: {module} has no method {attribute!r}, as "
             "pkm_gym.benchmark.method makes one"
