@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from scipy.interpolate import RBFInterpolator
@@ -21,7 +21,7 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
 
-KERNEL = "cubic"
+KERNEL: Final = "cubic"
 NEIGHBOURS = 64  # optima that one interpolation uses
 NEARBY = 8  # tasks whose sets of active limits are tried
 PROBED = 64  # tasks on which it is found out which limit moves which constraint
@@ -118,6 +118,15 @@ class Interpolation:
         place = self.place(task)[None]
         candidates = [self.branches[active] for active in sorted(fitting)]
         return max(candidates, key=lambda branch: branch.at(place)[0, -1], default=self.plain)
+
+    def tightened(self, task: FloatArray, branch: Branch, margin: float) -> FloatArray:
+        """Return the place (m,) of a task whose active limits are tighter by a margin."""
+        place = self.place(task)
+        for constraint in branch.active:
+            field = self.limit_of(constraint)
+            if field is not None:
+                place[field] += margin / self.slope(task, field, constraint)
+        return place
 
     def slope(self, task: FloatArray, field: int, constraint: int) -> float:
         """Return by how much a constraint changes when a limit moves by its range's width.

@@ -24,6 +24,7 @@ class Setting:
         hash: ``hash()`` of the problem.
         sha256: of the split's file.
         method: its name.
+        source: sha256 of the file that defines it.
         start: its track, "given" or "free".
         knowledge: its track, "transfer" or "scratch".
         seed: of its random numbers.
@@ -38,6 +39,7 @@ class Setting:
     hash: str
     sha256: str
     method: str
+    source: str
     start: str
     knowledge: str
     seed: int
@@ -106,8 +108,9 @@ class EvaluationLog:
         """
         content = _read(Path(path))
         setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
-        arrays = {name: content[name] for name in ARRAYS}
-        return cls(setting, **arrays, **{name: str(content[name]) for name in TEXTS})
+        values: dict[str, Any] = {name: content[name] for name in ARRAYS}
+        values |= {name: str(content[name]) for name in TEXTS}
+        return cls(setting, **values)
 
 
 ARRAYS = ("rows", "designs", "seconds")

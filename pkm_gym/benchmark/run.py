@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -10,6 +11,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from importlib.metadata import version
 from multiprocessing import get_context
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -72,6 +74,7 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_path(name, split)),
         method=method,
+        source=sha256(Path(inspect.getfile(found.prepare))),
         start=found.start,
         knowledge=found.knowledge,
         seed=seed,
@@ -160,7 +163,6 @@ class _Prepared(NamedTuple):
     problem: DesignProblem
     split: Pool
     method: Method
-    pool: Pool | None
     search: Search
 
 
@@ -168,8 +170,8 @@ class _Prepared(NamedTuple):
 def _prepared(name: str, split: str, method: str, known: int) -> _Prepared:
     problem, tasks = load_split(name, split)
     found = find_method(method)
-    pool = load_split(name, "train")[1].first(known) if known else None
-    return _Prepared(problem, tasks, found, pool, found.prepare(problem, pool))
+    pool = load_split(name, "train")[1].first(known)
+    return _Prepared(problem, tasks, found, found.prepare(problem, pool))
 
 
 def _solve(how: Setting, rows: Rows) -> EvaluationLog:
@@ -194,7 +196,6 @@ def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
         prepared.split.tasks[row],
         budget=how.budget,
         start=prepared.split.starts[row] if prepared.method.start == "given" else None,
-        pool=prepared.pool,
         seed=[how.seed, row],
         noise=how.noise,
         delay=how.delay,

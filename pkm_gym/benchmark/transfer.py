@@ -16,6 +16,7 @@ from pkm_gym.core.types import FloatArray
 # as much at each further rung.
 MARGIN = 1e-3
 
+SHRINK = 0.4
 RUNGS = 12
 FIRST_RADIUS = 0.002
 RUNGS_BEFORE = 3
@@ -64,8 +65,8 @@ def climb(interpolation: Interpolation, evaluator: Evaluator, rungs: int) -> Non
     reached, of a task whose limit is looser. A limit that is broken unforeseen changes the branch.
     """
     task = evaluator.task
-    place = interpolation.place(task)
     branch = interpolation.branch(task)
+    place = interpolation.tightened(task, branch, MARGIN)
     tried = [branch]
     margin = MARGIN
     for _ in range(rungs):
@@ -75,13 +76,13 @@ def climb(interpolation: Interpolation, evaluator: Evaluator, rungs: int) -> Non
             branch = interpolation.branch(task, among=broken)
             branch = interpolation.plain if branch in tried else branch
             tried.append(branch)
-            place = interpolation.place(task)
+            place = interpolation.tightened(task, branch, MARGIN)
             continue
+        margin *= SHRINK
         for j in broken.union(branch.active):
             field = interpolation.limit_of(j)
             if field is not None:
                 place[field] += (constraints[j] + margin) / interpolation.slope(task, field, j)
-        margin *= 0.5
 
 
 def answer(evaluator: Evaluator) -> FloatArray:

@@ -25,6 +25,7 @@ AGREEMENT = 1e-10
 NEAR = 0.02  # a share of the range: how far a polish looks
 PER_VARIABLE = 14  # members of the population for each variable
 GENERATIONS = 1000
+ROUNDS = 4  # further searches of a task whose searches disagree
 CONVERGED = 1e-12
 CHECK_EVERY = 10
 CROSSOVER = 0.9
@@ -79,7 +80,7 @@ def solve_tasks(
     """Solve packed tasks (n, m): two seeds of differential evolution that must agree to 1e-10.
 
     So must a polish from the better of the two. Tasks whose searches disagree are searched again
-    with a population twice as large, twice at most; what still disagrees is returned with
+    with a population twice as large, four times at most; what still disagrees is returned with
     ``certified`` False.
 
     Args:
@@ -100,7 +101,7 @@ def solve_tasks(
     agreed = _agree(first, second) & _agree(best, polished)
     best = _better(best, polished)
     size = PER_VARIABLE
-    for child in sequence.spawn(2):
+    for child in sequence.spawn(ROUNDS):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)
         if len(open_tasks) == 0:
