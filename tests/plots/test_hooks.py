@@ -62,7 +62,7 @@ def test_workspace_is_a_closed_polygon_that_holds_the_grid_and_the_poses(machine
 def test_an_index_is_the_extreme_of_its_map_or_a_mean_within_it(problem):
     machine = problem.mechanism(problem.printed_design())
     evaluation = problem.evaluate(problem.printed_design()[None])
-    maps = machine.index_maps(machine.workspace_grid(801, 121))
+    maps = machine.index_maps(machine.workspace_grid(401, 61))
     units = {index.name: index.unit for index in problem.index_table}
     for name, index in maps.items():
         value, low, high = evaluation.indices[name][0], index.values.min(), index.values.max()
