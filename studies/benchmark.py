@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -20,6 +21,7 @@ from pkm_gym.benchmark.run import Rows, run, setting
 from pkm_gym.benchmark.splits import SPLITS
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.studies.arguments import Name
+from pkm_gym.studies.curves import save_curves
 from pkm_gym.studies.leaderboard import enter
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.standings import save_table, show
@@ -71,9 +73,14 @@ def command(
         int, typer.Option(metavar="N", min=1, help="Designs that each may evaluate on a task.")
     ] = 300,
     pool: Annotated[
-        int,
-        typer.Option(metavar="N", min=1, help="Training tasks that a transfer method may know."),
-    ] = SPLITS["train"],
+        list[int] | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Training tasks that a transfer method may know; repeat it for several.",
+            show_default=str(SPLITS["train"]),
+        ),
+    ] = None,
     noise: Annotated[
         float,
         typer.Option(metavar="S", min=0.0, help="Relative error in what the methods are told."),
@@ -103,19 +110,22 @@ def command(
     if number > SPLITS[split]:
         raise ValueError(f"--tasks is {number}: {split} has {SPLITS[split]} tasks")
     folder = run_folder(name) / "benchmark" / split
-    plans = [
-        _plan(setting(
-            name, split, chosen, seed=seed, evaluations=evaluations, pool=pool, noise=noise,
+    settings = [
+        setting(
+            name, split, chosen, seed=seed, evaluations=evaluations, pool=known, noise=noise,
             delay=delay,
-        ), number, folder)
-        for chosen in method or METHODS
-        for seed in range(repeats)
+        )
+        for chosen, known, seed in product(
+            method or METHODS, pool or [SPLITS["train"]], range(repeats)
+        )
     ]  # fmt: skip
+    plans = [_plan(how, number, folder) for how in dict.fromkeys(settings)]
     screen = console()
     logs = _run(plans, jobs, screen)
     entries = standings(logs)
     show(screen, entries)
     save_table(entries, folder / "table.csv")
+    save_curves(entries, folder)
     if leaderboard:
         enter(entries, leaderboard)
     screen.print(f"written: {folder}", soft_wrap=True)

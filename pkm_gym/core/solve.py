@@ -237,7 +237,8 @@ def _measured(
 ) -> FloatArray:
     """Return the log merits of a population and keep each task's best strictly feasible member.
 
-    ``extra`` is what the broken constraints weigh more than in the merit. Until a task has one, its member of lowest merit is kept.
+    ``extra`` is what the broken constraints weigh more than in the merit. Until a task has a
+    feasible member, its one of lowest merit is kept.
     """
     n, members, d = population.shape
     rows = np.repeat(tasks, members, axis=0)
