@@ -29,6 +29,8 @@ VERBS = {
     "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
+    "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
+    "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
     "splits": ("pkm_gym.studies.splits:command", "Make the benchmark's tasks and their optima."),
 }
 

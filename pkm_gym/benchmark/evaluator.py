@@ -9,7 +9,6 @@ import numpy as np
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.merit import WORST
-from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
 
@@ -26,7 +25,6 @@ class Evaluator:
         task: array (m,), packed; ``problem.unpack(task)`` gives it by name.
         budget: how many designs may be evaluated.
         start: array (d,), the stored start, not evaluated; None in the *free* track.
-        pool: the solved training tasks; None in the *scratch* track.
         generator: of the random numbers a method may use: its results are then repeatable.
         count: how many designs have been evaluated.
     """
@@ -38,7 +36,6 @@ class Evaluator:
         *,
         budget: int,
         start: FloatArray | None = None,
-        pool: Pool | None = None,
         seed: Any = 0,
         noise: float = 0.0,
         delay: float = 0.0,
@@ -48,7 +45,6 @@ class Evaluator:
         self.task = task
         self.budget = budget
         self.start = start
-        self.pool = pool
         own, disturbing = np.random.SeedSequence(seed).spawn(2)
         self.generator = np.random.default_rng(own)
         self.count = 0
@@ -81,7 +77,7 @@ class Evaluator:
     @property
     def feasible(self) -> BoolArray:
         """Array (count,), whether every constraint holds, as the method was told."""
-        return (self._constraints[: self.count] <= 0.0).all(axis=1)
+        return np.asarray((self._constraints[: self.count] <= 0.0).all(axis=1))
 
     def evaluate(self, designs: FloatArray) -> Evaluation:
         """Evaluate a design (d,) or designs (n, d) of the task; each one counts.
@@ -142,7 +138,7 @@ class Evaluator:
             exact.tasks,
             table,
             constraints,
-            (constraints <= 0.0).all(axis=1),
+            np.asarray((constraints <= 0.0).all(axis=1)),
             np.minimum(exact.log_merit + of_value, WORST),
         )
 

@@ -18,7 +18,7 @@ Knowledge: TypeAlias = Literal["scratch", "transfer"]
 
 Search: TypeAlias = Callable[[Evaluator], None]
 Propose: TypeAlias = Callable[[DesignProblem, FloatArray, Evaluator], FloatArray]
-Prepare: TypeAlias = Callable[[DesignProblem, Pool | None], Search]
+Prepare: TypeAlias = Callable[[DesignProblem, Pool], Search]
 
 # name -> where the method is, imported when asked for
 METHODS = {
@@ -46,8 +46,8 @@ class Method:
     """A way to design for a task.
 
     Attributes:
-        prepare: given the problem and, in the *transfer* track, the pool, returns the search that
-            is then run on each task.
+        prepare: given the problem and the solved training tasks (none of them in the *scratch*
+            track), returns the search that is then run on each task.
         start: the track "given" (the stored start is handed over) or "free" (it is not).
         knowledge: the track "transfer" (knows the training tasks) or "scratch" (knows nothing).
         evaluations: how many designs of a task it may evaluate at most.
@@ -118,7 +118,7 @@ def find_method(name: str) -> Method:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise
         raise ValueError(f"method {name!r}: there is no module {error.name!r}") from None
-    if not isinstance(found, Method):
+    if type(found) is not Method:
         raise ValueError(
             f"method {name!r}: {module} has no method {attribute!r}, as "
             "pkm_gym.benchmark.method makes one"

@@ -25,6 +25,7 @@ AGREEMENT = 1e-10
 NEAR = 0.02  # a share of the range: how far a polish looks
 PER_VARIABLE = 14  # members of the population for each variable
 GENERATIONS = 1000
+ROUNDS = 4  # further searches of a task whose searches disagree
 CONVERGED = 1e-12
 CHECK_EVERY = 10
 CROSSOVER = 0.9
@@ -79,8 +80,9 @@ def solve_tasks(
     """Solve packed tasks (n, m): two seeds of differential evolution that must agree to 1e-10.
 
     So must a polish from the better of the two. Tasks whose searches disagree are searched again
-    with a population twice as large, twice at most; what still disagrees is returned with
-    ``certified`` False.
+    with a population twice as large and a penalty ten times as heavy (where the multipliers exceed
+    the merit's weight, its minimiser is no optimum), four times at most; what still disagrees is
+    returned with ``certified`` False.
 
     Args:
         problem: the design problem; its first objective is optimised.
@@ -99,14 +101,15 @@ def solve_tasks(
     polished = _evolve(problem, tasks, polisher, near=best.designs, radius=NEAR)
     agreed = _agree(first, second) & _agree(best, polished)
     best = _better(best, polished)
-    size = PER_VARIABLE
-    for child in sequence.spawn(2):
+    size, weight = PER_VARIABLE, 1.0
+    for child in sequence.spawn(ROUNDS):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)
         if len(open_tasks) == 0:
             break
-        size *= 2
-        again = _evolve(problem, tasks[open_tasks], np.random.default_rng(child), size=size)
+        size, weight = 2 * size, 10.0 * weight
+        generator = np.random.default_rng(child)
+        again = _evolve(problem, tasks[open_tasks], generator, size=size, weight=weight)
         known = _Search(
             best.designs[open_tasks], best.log_merit[open_tasks], best.solvable[open_tasks]
         )
@@ -161,17 +164,22 @@ def _evolve(
     size: int = PER_VARIABLE,
     near: FloatArray | None = None,
     radius: float = 1.0,
+    weight: float = 1.0,
 ) -> _Search:
-    """Run current-to-best/1/bin on every task until its population's log merits agree."""
+    """Run current-to-best/1/bin on every task until its population's log merits agree.
+
+    ``weight`` multiplies the penalty of the merit.
+    """
     n, d = len(tasks), len(problem.variables)
     members = size * d
     population: FloatArray = _start(problem, n, members, generator, near, radius)
     found = _Search(population[:, 0].copy(), np.full(n, np.inf), np.zeros(n, dtype=bool))
-    merits = _measured(problem, tasks, population, np.arange(n), found)
+    extra = (weight - 1.0) * problem.penalty_weight
+    merits = _measured(problem, tasks, population, np.arange(n), found, extra)
     running = np.arange(n)
     for generation in range(1, GENERATIONS + 1):
         trial = _trial(problem, population, merits, generator)
-        trial_merits = _measured(problem, tasks[running], trial, running, found)
+        trial_merits = _measured(problem, tasks[running], trial, running, found, extra)
         better = trial_merits <= merits
         population = np.where(better[..., None], trial, population)
         merits = np.where(better, trial_merits, merits)
@@ -225,16 +233,18 @@ def _measured(
     population: FloatArray,
     running: np.ndarray[tuple[int], np.dtype[np.intp]],
     found: _Search,
+    extra: float,
 ) -> FloatArray:
     """Return the log merits of a population and keep each task's best strictly feasible member.
 
-    Until a task has one, its member of lowest merit is kept.
+    ``extra`` is what the broken constraints weigh more than in the merit. Until a task has one, its member of lowest merit is kept.
     """
     n, members, d = population.shape
     rows = np.repeat(tasks, members, axis=0)
     evaluation = problem.evaluate(population.reshape(-1, d), rows)
     found.evaluations += n * members
-    merits = evaluation.log_merit.reshape(n, members)
+    penalty = extra * np.maximum(evaluation.constraints, 0.0).sum(axis=1)
+    merits = (evaluation.log_merit + penalty).reshape(n, members)
     inside = (evaluation.constraints <= INSIDE).all(axis=1).reshape(n, members)
     any_inside = np.asarray(inside.any(axis=1))
     at = np.where(

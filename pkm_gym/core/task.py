@@ -111,8 +111,8 @@ class Task:
                 item.metadata["unit"],
                 item.metadata["doc"],
                 float(item.default),  # type: ignore[arg-type]  # quantity() always sets a number
-                *map(float, item.metadata["family"]),
-                *map(float, item.metadata["legal"]),
+                *_pair(item.metadata["family"]),
+                *_pair(item.metadata["legal"]),
                 item.metadata["limit"],
             )
             for item in fields(cls)
@@ -186,3 +186,7 @@ class Task:
         pairs = [(v.legal_low, v.legal_high) if legal else (v.low, v.high) for v in items]
         low, high = np.array(pairs).T
         return low, high
+
+
+def _pair(values: tuple[float, float]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
