@@ -93,7 +93,7 @@ class UnitCube:
 
 
 @method()
-def random(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def random(_problem: DesignProblem, _pool: Pool) -> Search:
     """Draw designs uniformly from the box."""
 
     def propose(problem: DesignProblem, _task: FloatArray, history: Evaluator) -> FloatArray:
@@ -103,7 +103,7 @@ def random(_problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method()
-def sobol(problem: DesignProblem, _pool: Pool | None) -> Search:
+def sobol(problem: DesignProblem, _pool: Pool) -> Search:
     """Take the points of a scrambled Sobol sequence."""
 
     def search(evaluator: Evaluator) -> None:
@@ -115,25 +115,25 @@ def sobol(problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method()
-def cobyqa(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def cobyqa(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with COBYQA, first from the centre of the box."""
     return restarted(_cobyqa)
 
 
 @method(start="given")
-def start_cobyqa(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def start_cobyqa(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with COBYQA, first from the given start."""
     return restarted(_cobyqa)
 
 
 @method()
-def slsqp(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def slsqp(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with SLSQP, first from the centre of the box; its differences are counted."""
     return restarted(_slsqp)
 
 
 @method()
-def de(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def de(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise the merit by differential evolution with 4 members a variable."""
 
     def evolve(cube: UnitCube, generator: np.random.Generator) -> None:
@@ -170,7 +170,12 @@ def restarted(minimise: Minimise) -> Search:
 
 
 def _cobyqa(cube: UnitCube, point: FloatArray) -> None:
-    radii = {"initial_tr_radius": FIRST_RADIUS, "final_tr_radius": LAST_RADIUS}
+    descend(cube, point, FIRST_RADIUS)
+
+
+def descend(cube: UnitCube, point: FloatArray, radius: float) -> None:
+    """Minimise with COBYQA from a point (d,) with a first trust region of this radius."""
+    radii = {"initial_tr_radius": radius, "final_tr_radius": LAST_RADIUS}
     _minimise(cube, point, "COBYQA", NonlinearConstraint(cube.limits, -np.inf, 0.0), radii)
 
 

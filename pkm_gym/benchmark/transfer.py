@@ -7,19 +7,18 @@ import numpy as np
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.methods import Search, method
-from pkm_gym.benchmark.scratch import descend
+from pkm_gym.benchmark.scratch import UnitCube, descend
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
-# A corrected limit is first tightened by this constraint more than it seems to need, then by half
-# as much at each further rung.
-MARGIN = 1e-3
+# By how much of a constraint the active limits are first tightened, and the share of it that is
+# left at each further rung.
+MARGIN, SHRINK = 1e-3, 0.4
 
-SHRINK = 0.4
 RUNGS = 12
-FIRST_RADIUS = 0.002
-RUNGS_BEFORE = 3
+RUNGS_BEFORE = 3  # of COBYQA
+RADII = (0.002, 0.02, 0.2)  # of COBYQA's trust regions at first, shares of the range
 
 
 @method(knowledge="transfer")
@@ -47,12 +46,17 @@ def interpolated(problem: DesignProblem, pool: Pool) -> Search:
 
 @method(knowledge="transfer")
 def interpolated_cobyqa(problem: DesignProblem, pool: Pool) -> Search:
-    """Climb a few rungs of the ladder, then go on with COBYQA from the best of them."""
+    """Climb a few rungs of the ladder, then go on with COBYQA from the best of them.
+
+    When it has converged it starts again where it is, with a larger trust region.
+    """
     interpolation = Interpolation(problem, pool)
 
     def search(evaluator: Evaluator) -> None:
         climb(interpolation, evaluator, RUNGS_BEFORE)
-        descend(evaluator, answer(evaluator), FIRST_RADIUS)
+        cube = UnitCube(evaluator)
+        for radius in RADII:
+            descend(cube, cube.point(answer(evaluator)), radius)
 
     return search
 
