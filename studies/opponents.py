@@ -15,8 +15,9 @@ from contextlib import contextmanager
 
 import numpy as np
 import optuna
-from cmaes import CMA
+from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
 from optuna.samplers import BaseSampler, TPESampler
+from optuna.study import StudyDirection
 
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.interpolation import Interpolation
@@ -51,7 +52,8 @@ def sampler_search(
 
     def search(evaluator: Evaluator) -> None:
         problem = evaluator.problem
-        directions = ("minimize",) if values == "merit" else problem.directions
+        names = ("minimize",) if values == "merit" else problem.directions
+        directions = [StudyDirection[name.upper()] for name in names]
         seed = int(evaluator.generator.integers(2**31))
         suggest = problem.objective_for().suggest
         with quiet():

@@ -7,7 +7,7 @@ import numpy as np
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.methods import Search, method
-from pkm_gym.benchmark.scratch import UnitCube, descend
+from pkm_gym.benchmark.scratch import descend
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -54,9 +54,8 @@ def interpolated_cobyqa(problem: DesignProblem, pool: Pool) -> Search:
 
     def search(evaluator: Evaluator) -> None:
         climb(interpolation, evaluator, RUNGS_BEFORE)
-        cube = UnitCube(evaluator)
         for radius in RADII:
-            descend(cube, cube.point(answer(evaluator)), radius)
+            descend(evaluator, answer(evaluator), radius)
 
     return search
 
