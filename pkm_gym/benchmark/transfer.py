@@ -17,7 +17,7 @@ from pkm_gym.core.types import FloatArray
 MARGIN, SHRINK = 1e-3, 0.4
 
 RUNGS = 12
-RUNGS_BEFORE = 3  # of COBYQA
+RUNGS_BEFORE = 6  # of COBYQA
 RADII = (0.002, 0.02, 0.2)  # of COBYQA's trust regions at first, shares of the range
 
 
