@@ -52,8 +52,9 @@ def show(screen: Console, entries: Sequence[Entry]) -> None:
         screen.print(_violations(entries))
     if len(entries) > 1:
         champion = entries[0]
-        screen.print(section(f"{champion.name} after {SCORED} evaluations against the others"))
+        screen.print(section(f"{champion.name} after {SCORED} evaluations is better on"))
         screen.print(_duels(champion, entries[1:]))
+        screen.print("of the tasks (in brackets: at least, at 95 %)", style=FAINT)
     if any(entry.cost.evaluations for entry in entries):
         screen.print(section("What was spent before the first task"))
         screen.print(_costs(entries))
@@ -122,17 +123,16 @@ def _violations(entries: Sequence[Entry]) -> Any:
 
 
 def _duels(champion: Entry, others: Sequence[Entry]) -> Any:
-    heads = [f"at {k}" for k in AGAINST]
-    lines = table("better than", *heads, numbers=heads)
+    counts = [k for k in AGAINST if any(other.has(k) for other in others)]
+    heads = [f"after {k}" for k in counts]
+    lines = table("than", *heads, numbers=heads)
     own_k = min(SCORED, champion.setting.budget)
     for other in others:
-        cells = []
-        for k in AGAINST:
-            if not other.has(k):
-                cells.append("")
-                continue
-            found = compare(champion, own_k, other, k)
-            cells.append(f"{100 * found.share:.0f} % (>= {100 * found.low:.0f} %)")
+        found = [compare(champion, own_k, other, k) if other.has(k) else None for k in counts]
+        cells = [
+            f"{100 * duel.share:.0f} % (>= {100 * duel.low:.0f} %)" if duel else ""
+            for duel in found
+        ]
         lines.add_row(other.name, *cells)
     return lines
 

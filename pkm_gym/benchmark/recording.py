@@ -92,7 +92,9 @@ class RecordEvaluations(
         name, inner = self._inner.problem.name, self._inner
         problem, tasks = load_split(name, split)
         if inner.problem.hash() != problem.hash():
-            raise ValueError(f"the environment's {name} differs from the benchmark's: make it plain")
+            raise ValueError(
+                f"the environment's {name} differs from the benchmark's: make it plain"
+            )
         known = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
         episodes: dict[int, list[FloatArray]] = {}
         for task, designs in zip(self._tasks, self._designs, strict=True):
@@ -120,4 +122,6 @@ class RecordEvaluations(
             pool=pool,
         )
         seconds = np.zeros(len(rows))
-        return EvaluationLog(how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations")
+        return EvaluationLog(
+            how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations"
+        )
