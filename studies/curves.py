@@ -39,6 +39,7 @@ def regret_figure(entries: Sequence[Entry]) -> Figure:
     for i, track in enumerate(tracks):
         axes = _panel(figure, i, title=track)
         axes.set_yscale("log")
+        axes.minorticks_off()
         axes.yaxis.set_major_formatter("{x:g}")
         axes.set_ylim(FLOOR * PER_CENT, TOP * PER_CENT)
         for entry, style in _styled(entries):
@@ -92,7 +93,7 @@ def pool_figure(entries: Sequence[Entry]) -> Figure:
 
 def _panel(figure: Figure, i: int, *, title: str) -> Axes:
     width = WIDTH / figure.get_figwidth()
-    box = (width * (i + 0.15), 0.12, 0.8 * width, 0.70)
+    box = (width * (i + 0.18), 0.12, 0.78 * width, 0.70)
     axes = panel(figure, box, x="evaluations", title=title)
     axes.set_xscale("log")
     axes.set_xticks(AT)
