@@ -30,9 +30,9 @@ from pkm_gym.studies.storage import Values, quiet
 
 MakeSampler = Callable[[int], BaseSampler]
 
-ENQUEUED = 8  # neighbours' optima that TPE tries first
-STARTED_AT = 4  # neighbours whose optima's mean is CMA-ES's first mean
-SIGMA = 0.03  # CMA-ES's first step size there, a share of the range
+ENQUEUED = 16  # neighbours' optima that TPE tries first
+STARTED_AT = 16  # neighbours whose optima's mean is CMA-ES's first mean
+SIGMA = 0.01  # CMA-ES's first step size there, a share of the range
 
 
 def sampler_search(
