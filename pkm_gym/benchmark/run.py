@@ -142,7 +142,7 @@ def _parts(how: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLo
 
 @contextmanager
 def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give processes that leave Ctrl-C to this one, and are stopped when it leaves."""
+    """Give processes that end with this one, at Ctrl-C too."""
     executor = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_alone)
     try:
         yield executor
@@ -153,10 +153,10 @@ def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _alone() -> None:
-    """Use one thread in this process, and let the first process see Ctrl-C."""
+    """Use one thread in this process, and end without a word at Ctrl-C."""
     import numba
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     numba.set_num_threads(1)
 
 
