@@ -14,6 +14,9 @@ from pkm_gym.benchmark.splits import BEYOND, SPLITS, draw, load_split, split_pat
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.solve import solve_tasks
 
+# Of a constraint, a difference of numbers near 1: another compiler or processor sums otherwise.
+ROUNDING = 1e-15
+
 
 @pytest.mark.parametrize("split", SPLITS)
 def test_what_is_shipped_is_what_is_drawn_bit_for_bit(shipped, split):
@@ -38,7 +41,7 @@ def test_optima_lie_inside_every_limit_and_are_worth_what_is_said(shipped, split
     problem, _ = shipped
     _, pool = load_split(problem.name, split)
     evaluation = problem.evaluate(pool.designs, pool.tasks)
-    assert (evaluation.constraints[pool.solvable] <= -1e-12).all()
+    assert (evaluation.constraints[pool.solvable] <= -1e-12 + ROUNDING).all()
     np.testing.assert_allclose(
         evaluation.objectives[pool.solvable, 0], pool.optima[pool.solvable], rtol=1e-12
     )
