@@ -28,6 +28,7 @@ VERBS = {
     "compare": ("pkm_gym.studies.compare:command", "Compare searches with the paper's optimum."),
     "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
+    "train": ("pkm_gym.agents.train:command", "Train an agent that learns to design."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
 }
 
@@ -39,6 +40,8 @@ EXTRAS = {
     "optuna_dashboard": "studies",
     "plotly": "studies",
     "xarray": "studies",
+    "safetensors": "agents",
+    "sb3_contrib": "agents",
     "stable_baselines3": "agents",
     "torch": "agents",
 }

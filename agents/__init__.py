@@ -1,0 +1,1 @@
+"""Agents that learn to design, and the trained ones that are shipped."""
