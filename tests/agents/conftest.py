@@ -1,0 +1,44 @@
+"""Small training runs: seconds long, on the Diamond's Family or on one of its variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import torch
+
+from pkm_gym.agents.lessons import Lessons, prepare
+from pkm_gym.agents.recipe import read_recipe
+from pkm_gym.agents.runs import Run
+
+SMALL = {
+    "ppo": ["algorithm.n_steps=12", "algorithm.batch_size=48"],
+    "sac": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+    "td3": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+    "tqc": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+}
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> None:
+    """Results are equal to the bit on one thread only."""
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
+def small(tmp_path) -> Callable[..., tuple[Run, Lessons]]:
+    """A function that prepares a run of a few hundred steps on the Diamond's ``gap``."""
+
+    def prepared(algorithm: str = "ppo", *settings: str, **given: Any) -> tuple[Run, Lessons]:
+        own = ["envs=8", "checkpoints=2", "policy.net_arch=[16,16]", "environment.free=['gap']"]
+        recipe = read_recipe(
+            algorithm, "PKM/Diamond-v0", settings=[*own, *SMALL[algorithm], *settings],
+            **{"steps": 384, **given},
+        )  # fmt: skip
+        folder = tmp_path / f"{algorithm}-{len(list(tmp_path.iterdir()))}"
+        run = Run("PKM/Diamond-v0", algorithm, 7, recipe, None, None, folder, "a test")
+        run.write()
+        return run, prepare(run.env_id, recipe, folder, pool=None, validation=None)
+
+    return prepared
