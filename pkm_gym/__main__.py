@@ -30,6 +30,9 @@ VERBS = {
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
     "train": ("pkm_gym.agents.train:command", "Train an agent that learns to design."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
+    "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
+    "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
+    "splits": ("pkm_gym.studies.splits:command", "Make the benchmark's tasks and their optima."),
 }
 
 # module -> the extra that brings it

@@ -126,7 +126,7 @@ def command(
     settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}
     job = _job(problem, number, seed, settings, output)
     screen = console()
-    solved = _solve(job, screen)
+    solved = solve(job, screen)
     Pool.from_solutions(solved, job.starts, problem, job.command).save(output)
     job.part.unlink(missing_ok=True)
     screen.print(f"pool: {output}", soft_wrap=True)
@@ -154,8 +154,8 @@ def _job(
     )
 
 
-def _solve(job: Job, screen: Console) -> Solutions:
-    """Solve chunk after chunk, keep each, and report."""
+def solve(job: Job, screen: Console) -> Solutions:
+    """Solve chunk after chunk, keep each, and report; what an earlier run kept is taken up."""
     solved = job.kept()
     resumed = solved.evaluations if solved else 0
     began = time.monotonic()

@@ -10,7 +10,7 @@ import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
 
-FAMILY_TASKS = 256
+FEW, MANY = 64, 256  # tasks of a Family
 
 # Kernels compile at their first call, so no deadline; derandomised, so that a failure repeats.
 hypothesis.settings.register_profile("pkm_gym", deadline=None, derandomize=True, max_examples=60)
@@ -23,10 +23,10 @@ def problem(request: pytest.FixtureRequest) -> DesignProblem:
     return pkm_gym.make_problem(request.param)
 
 
-@pytest.fixture(scope="session")
-def family(problem: DesignProblem) -> Solutions:
-    """Solved tasks of the problem's Family."""
-    return solve_tasks(problem, problem.draw_tasks(FAMILY_TASKS, np.random.default_rng(2010)))
+@pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+def family(problem: DesignProblem, request: pytest.FixtureRequest) -> Solutions:
+    """Solved tasks of the problem's Family: a few, and many among the slow tests."""
+    return solve_tasks(problem, problem.draw_tasks(request.param, np.random.default_rng(2010)))
 
 
 @pytest.fixture

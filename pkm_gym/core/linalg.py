@@ -81,17 +81,36 @@ def squared_singular_values3(
 ) -> tuple[float, float, float]:
     """Return the squared singular values, largest first, of a matrix with rows a, b and c.
 
-    The roots of the Gram matrix's cubic by the cosine of a third of an angle; the smallest one is
-    ``det2``, the squared determinant, over the product of the others.
+    With S the traceless part of the Gram matrix and T that of S^2, scaled to the length of S, the
+    angle between the two is three times that of the cubic's trigonometric solution. It is taken
+    from |S - T| and |S + T|: its cosine would lose half the digits next to two equal values. The
+    smallest one is ``det2``, the squared determinant, over the product of the others.
     """
     mean = (aa + bb + cc) / 3.0
     p, q, r = aa - mean, bb - mean, cc - mean
-    radius2 = (p * p + q * q + r * r + 2.0 * (ab * ab + ac * ac + bc * bc)) / 6.0
+    x, y, z = ab * ab, ac * ac, bc * bc
+    radius2 = (p * p + q * q + r * r + 2.0 * (x + y + z)) / 6.0
     if not radius2 > 0.0:
         return mean, mean, mean
     radius = math.sqrt(radius2)
-    half = 0.5 * det3(p, ab, ac, ab, q, bc, ac, bc, r) / (radius2 * radius)
-    third = math.acos(min(1.0, max(-1.0, half))) / 3.0
+    scale = 1.0 / radius
+    tp = (p * p + x + y - 2.0 * radius2) * scale
+    tq = (q * q + x + z - 2.0 * radius2) * scale
+    tr = (r * r + y + z - 2.0 * radius2) * scale
+    tab, tac, tbc = (
+        (ac * bc - ab * r) * scale,
+        (ab * bc - ac * q) * scale,
+        (ab * ac - bc * p) * scale,
+    )
+    apart = _squared_length(p - tp, q - tq, r - tr, ab - tab, ac - tac, bc - tbc)
+    along = _squared_length(p + tp, q + tq, r + tr, ab + tab, ac + tac, bc + tbc)
+    third = 2.0 / 3.0 * math.atan2(math.sqrt(apart), math.sqrt(along))
     largest = mean + 2.0 * radius * math.cos(third)
     middle = mean + 2.0 * radius * math.sin(third - math.pi / 6.0)
     return largest, middle, det2 / (largest * middle)
+
+
+@formula
+def _squared_length(p: float, q: float, r: float, x: float, y: float, z: float) -> float:
+    """Return the squared Frobenius norm of a symmetric matrix: diagonal, then off it."""
+    return p * p + q * q + r * r + 2.0 * (x * x + y * y + z * z)

@@ -20,12 +20,18 @@ class Link(NamedTuple):
 
 
 class IndexMap(NamedTuple):
-    """A local index over poses, the index of the design being its extreme over the workspace."""
+    """A local index over poses; the design's index is its extreme or mean over the workspace."""
 
     name: str
     unit: str
-    extreme: Literal["max", "min"]
+    kind: Literal["max", "min", "mean"]
     values: FloatArray
+
+    def worst(self) -> int | None:
+        """Return where, among the flattened values, the extreme is; None for a mean."""
+        if self.kind == "mean":
+            return None
+        return int(np.nanargmax(self.values) if self.kind == "max" else np.nanargmin(self.values))
 
 
 def dimension(unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any) -> Any:

@@ -11,6 +11,7 @@ DESIGN = {
     "PKM/SPR3-v0": ("spr3", False),
     "PKM/SPR3Family-v0": ("spr3", True),
     "PKM/SPR3Cylinder-v0": ("spr3_cylinder", False),
+    "PKM/SPR3CylinderFamily-v0": ("spr3_cylinder", True),
 }
 
 

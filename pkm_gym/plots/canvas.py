@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,15 @@ def figure_to_array(figure: Figure) -> npt.NDArray[np.uint8]:
         canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib gives no type
         pixels = canvas.buffer_rgba()  # type: ignore[no-untyped-call]  # likewise
         return np.asarray(pixels, dtype=np.uint8)[..., :3].copy()
+
+
+def text_width(figure: Figure, text: str, **style: Any) -> float:
+    """Return how much of the figure's width a text takes in the given style."""
+    with _drawing:
+        probe = figure.text(0.0, 0.0, text, **style)
+        pixels = float(probe.get_window_extent().width)
+        probe.remove()
+    return pixels / float(figure.bbox.width)
 
 
 def save(figure: Figure, path: str | Path, *, dpi: float | None = None) -> Path:

@@ -14,12 +14,15 @@ from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem, TaskLike
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
+from pkm_gym.plots.canvas import text_width
 from pkm_gym.plots.machine import draw_machine
 from pkm_gym.plots.maps import WorkspaceMaps, draw_map
 from pkm_gym.plots.style import new_figure, panel, shown, words
 
-RIGHT = 0.545  # where the column of numbers begins
+RIGHT, EDGE = 0.545, 0.985  # where the column of numbers begins, and where it must end
+APART = 0.022  # between two tables, where there is room for it
 BOTTOM = 0.275  # where it ends; below it stand the broken limits
+GAP = 0.01  # between a name and its number
 LINE = 0.03  # height of a line of words
 WRAP = 72  # letters of a line of words
 
@@ -112,16 +115,9 @@ def _write(figure: Figure, evaluation: Evaluation, machine: Mechanism | None, ta
     dimensions = {k: (value, units[k]) for k, value in problem.named(design).items()}
     if machine is not None:
         dimensions.update(problem.derived(design, task))
-    tables = _indices(evaluation), dimensions, _changing(task)
-    top = BOTTOM + LINE * max(map(len, tables))
-    for title, x, width, rows in zip(
-        ("indices", "design", "task"),
-        (0.0, 0.195, 0.302),
-        (0.13, 0.073, 0.111),
-        tables,
-        strict=True,
-    ):
-        _table(figure, RIGHT + x, top, width, title, rows, strong=problem.objectives[0].name)
+    tables = {"indices": _indices(evaluation), "design": dimensions, "task": _changing(task)}
+    top = BOTTOM + LINE * max(map(len, tables.values()))
+    _tables(figure, top, tables, strong=problem.objectives[0].name)
     if not evaluation.feasible[0]:
         _sentences(figure, BOTTOM - 1.6 * LINE, evaluation.explain(0).split("\n"))
     return top
@@ -138,6 +134,29 @@ def _changing(task: Task) -> Rows:
     return {v.name: (x, v.unit) for v, x in values.items() if v.drawn or x != v.default}
 
 
+def _tables(figure: Figure, y: float, tables: Mapping[str, Rows], strong: str) -> None:
+    """Write tables side by side from y downwards, each as wide as its words."""
+    widths = [_widths(figure, rows, strong) for rows in tables.values()]
+    spare = (EDGE - RIGHT - sum(map(sum, widths))) / (len(tables) - 1)
+    x = RIGHT
+    for (title, rows), (width, units) in zip(tables.items(), widths, strict=True):
+        _table(figure, x, y, width, title, rows, strong)
+        x += width + units + min(spare, APART)
+
+
+def _widths(figure: Figure, rows: Rows, strong: str) -> tuple[float, float]:
+    """Return the widths of names with their numbers, and of the units."""
+    inner, outer = 0.0, 0.0
+    for name, (value, unit) in rows.items():
+        number, written = _written(value, unit)
+        names = text_width(figure, name, **words("text"))
+        numbers = text_width(figure, number, **words("text", weight=_weight(name, strong)))
+        inner = max(inner, names + GAP + numbers)
+        if written:
+            outer = max(outer, 0.5 * GAP + text_width(figure, written, **words("small")))
+    return inner, outer
+
+
 def _table(
     figure: Figure, x: float, y: float, width: float, title: str, rows: Rows, strong: str
 ) -> None:
@@ -145,13 +164,20 @@ def _table(
     figure.text(x, y, title, **words("small", color="faint"))
     for name, (value, unit) in rows.items():
         y -= LINE
-        number, written = shown(value, unit)
-        text = f"{number:.4g}".replace("-", "−") if np.isfinite(number) else "–"
-        weight = "bold" if name == strong else "normal"
+        number, written = _written(value, unit)
         figure.text(x, y, name, **words("text"))
-        figure.text(x + width, y, text, ha="right", **words("text", weight=weight))
+        figure.text(x + width, y, number, ha="right", **words("text", weight=_weight(name, strong)))
         if written:
-            figure.text(x + width + 0.005, y, written, **words("small", color="faint"))
+            figure.text(x + width + 0.5 * GAP, y, written, **words("small", color="faint"))
+
+
+def _written(value: float, unit: str) -> tuple[str, str]:
+    number, written = shown(value, unit)
+    return f"{number:.4g}".replace("-", "−") if np.isfinite(number) else "–", written
+
+
+def _weight(name: str, strong: str) -> str:
+    return "bold" if name == strong else "normal"
 
 
 def _sentences(figure: Figure, y: float, sentences: list[str]) -> None:

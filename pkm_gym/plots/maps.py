@@ -160,9 +160,10 @@ def _draw_contours(axes: Axes, maps: WorkspaceMaps, values: FloatArray) -> None:
 
 
 def _mark_extremes(axes: Axes, maps: WorkspaceMaps, index: IndexMap) -> None:
-    """Mark the worst pose of the index and of every broken limit."""
-    at = np.nanargmax(index.values) if index.extreme == "max" else np.nanargmin(index.values)
-    _mark(axes, maps, int(at), "ink", "o")
+    """Mark the worst pose of the index, if it is an extreme, and of every broken limit."""
+    at = index.worst()
+    if at is not None:
+        _mark(axes, maps, at, "ink", "o")
     for values in maps.violations.values():
         if np.nanmax(values) > 0.0:
             _mark(axes, maps, int(np.nanargmax(values)), "bad", "X")

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 WIDTH = 7.2  # inches, a page's two columns
 GAMMAS = (0.0, 30.0, 60.0, 90.0)  # deg, of the path's plane
 COARSE = 0.01  # m, of the legs along a surface that is drawn
-VIEWS = ((36.0, 15.0), (-30.0, -75.0))  # deg, elevation and azimuth
+VIEWS = ((58.0, 15.0), (-52.0, 15.0))  # deg, elevation and azimuth
 SECTIONS = (0.45, 0.50, 0.55, 0.60, 0.65)  # m, heights of the horizontal sections
 DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1.5, 3)))  # of the legs, which may coincide
 ROOT = np.sqrt(3.0)
@@ -193,7 +193,7 @@ def _path_figure(
         f"paper's own ({printed[0]:g} m, {printed[1]:g} m) needs legs of {shortest:.2f} to "
         f"{longest:.2f} m and does not fit",
     )
-    first: Axes | None = None
+    panels: list[Axes] = []
     for k, gamma in enumerate(GAMMAS):
         path = GatePath(radius, across + height, across, float(np.radians(gamma)))
         moved = motion(machine, path, speed, acceleration)
@@ -204,7 +204,7 @@ def _path_figure(
             (0.08 + 0.485 * column, 0.515 - 0.42 * row, 0.42, 0.33),
             x="time (s)" if row else "",
             y="" if column else name,
-            title=f"$\\gamma$ = {gamma:g} deg",
+            title=f"$\\gamma$ = {gamma:g} deg{_coincident(values)}",
         )
         for leg, color in enumerate(plots.STYLE["lines"][:3]):
             axes.plot(
@@ -213,11 +213,18 @@ def _path_figure(
             )  # fmt: skip
         axes.set_xlim(moved.times[0], moved.times[-1])
         axes.grid(visible=True, color=plots.STYLE["grid"], linewidth=0.5)
-        first = first or axes
-        axes.sharey(first)
-    assert first is not None
-    plots.legend(first, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
+        panels.append(axes)
+        axes.sharey(panels[0])
+    plots.legend(panels[1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
     return figure
+
+
+def _coincident(values: FloatArray) -> str:
+    """Say which two legs share their curve in values (n, 3), if any do."""
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        if np.allclose(values[:, one], values[:, other], rtol=0.0, atol=1e-6):
+            return f", legs {one + 1} and {other + 1} alike"
+    return ""
 
 
 def _family_colours() -> FloatArray:

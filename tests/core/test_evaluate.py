@@ -120,17 +120,20 @@ def test_dimensionless_indices_keep_their_value_in_another_size(
             )
 
 
-def test_indices_are_the_extremes_of_their_maps(
+def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
     problem: DesignProblem, rng: np.random.Generator
 ) -> None:
     designs, tasks = random_designs(problem, rng, 2000)
     evaluation = problem.evaluate(designs, tasks)
     for i in np.flatnonzero(evaluation.feasible)[:20]:
         machine = problem.mechanism(designs[i], evaluation.task(i))
-        maps = machine.index_maps(machine.workspace_grid(401, 161))
+        maps = machine.index_maps(machine.workspace_grid(201, 81))
         for name, index in maps.items():
-            extreme = index.values.max() if index.extreme == "max" else index.values.min()
-            assert evaluation.indices[name][i] == pytest.approx(extreme, rel=2e-3), name
+            value, low, high = evaluation.indices[name][i], index.values.min(), index.values.max()
+            if index.kind == "mean":
+                assert low < value < high, name
+            else:
+                assert value == pytest.approx(high if index.kind == "max" else low, rel=2e-3), name
 
 
 def test_local_violations_say_where_a_constraint_is_broken(
@@ -139,10 +142,10 @@ def test_local_violations_say_where_a_constraint_is_broken(
     designs, tasks = random_designs(problem, rng, 2000)
     evaluation = problem.evaluate(designs, tasks)
     slightly = ~evaluation.feasible & (evaluation.constraints.max(axis=1) < 0.5)
-    for i in np.flatnonzero(slightly)[:40]:
+    for i in np.flatnonzero(slightly)[:20]:
         task = evaluation.task(i)
         machine = problem.mechanism(designs[i], task)
-        local = machine.local_violations(machine.workspace_grid(401, 161), task)
+        local = machine.local_violations(machine.workspace_grid(201, 81), task)
         for name, values in local.items():
             constraint = evaluation.constraints[i, problem.constraint_names.index(name)]
             assert constraint == pytest.approx(values.max(), abs=3e-3), name

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from pkm_gym.core.indices import angle_of_sine, squared_torque_index
-from pkm_gym.core.linalg import cross2, dot2, squared_singular_values
+from pkm_gym.core.linalg import (
+    cross2,
+    dot2,
+    squared_singular_values,
+    squared_singular_values3,
+)
 
 
 @pytest.fixture
@@ -55,3 +60,24 @@ def test_the_angle_of_a_sine_that_rounding_carried_past_one() -> None:
     assert angle_of_sine(1.0 + 1e-15) == math.pi / 2.0
     assert angle_of_sine(-1.0 - 1e-15) == -math.pi / 2.0
     assert angle_of_sine(0.5) == pytest.approx(math.pi / 6.0)
+
+
+@pytest.mark.parametrize("sigma", [(1, 1, 0.3), (1, 0.3, 0.3), (1, 1, 1), (1, 1 - 1e-9, 0.5)])
+def test_equal_singular_values_of_space_lose_no_digits(
+    rng: np.random.Generator, sigma: tuple[float, float, float]
+) -> None:
+    for _ in range(200):
+        turns = np.linalg.qr(rng.normal(size=(2, 3, 3)))[0]
+        a, b, c = matrix = turns[0] @ np.diag(sigma) @ turns[1]
+        det = np.linalg.det(matrix)
+        found = squared_singular_values3(a @ a, b @ b, c @ c, a @ b, a @ c, b @ c, det * det)
+        np.testing.assert_allclose(np.sqrt(found), sigma, rtol=1e-13)
+
+
+def test_squared_singular_values_of_space_agree_with_svd(rng: np.random.Generator) -> None:
+    for _ in range(200):
+        a, b, c = matrix = rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-3.0, 3.0)
+        det = np.linalg.det(matrix)
+        found = squared_singular_values3(a @ a, b @ b, c @ c, a @ b, a @ c, b @ c, det * det)
+        expected = np.linalg.svd(matrix, compute_uv=False) ** 2
+        np.testing.assert_allclose(found, expected, rtol=1e-8)

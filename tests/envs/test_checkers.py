@@ -10,7 +10,7 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from pkm_gym.envs.design import DesignEnv
 
-STARTS = 12
+STARTS = 50
 
 
 class Shifted(DesignEnv):

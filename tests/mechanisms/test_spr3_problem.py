@@ -353,7 +353,7 @@ def test_each_limit_holds_back_some_optima_of_the_family(
     shares = dict(zip(problem.constraint_names, active, strict=True))
     assert family.solvable.mean() >= 0.9
     for name in ("volume", "parasitic", "s_angle", "r_angle", "lci"):
-        assert shares[name] >= 0.02, shares
+        assert shares[name] >= 0.01, shares
 
 
 def test_a_box_with_a_singularity_is_told_by_any_step(spr3: DesignProblem) -> None:

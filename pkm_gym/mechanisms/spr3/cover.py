@@ -148,9 +148,10 @@ class CylinderSpr3(Spr3):
         return self.pose_at(np.array(ends))
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the shortest and the longest leg at poses (..., 3)."""
+        """Return conditioning, the shortest and the longest leg at poses (..., 3)."""
         lengths = self.inverse_kinematics(pose)
         return {
+            "gci": IndexMap("lci", "", "mean", self._local_within_reach(pose)["lci"]),
             "q_min": IndexMap("q", "m", "min", lengths.min(axis=-1)),
             "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1)),
         }
