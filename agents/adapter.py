@@ -70,7 +70,7 @@ class SessionVecEnv(VecEnv):
         return observations, rewards.astype(np.float32), ended, said
 
     def state(self) -> dict[str, Any]:
-        """Return copies of all that the next steps depend on: arrays, and the generators as text."""
+        """Return copies of what the next steps depend on: arrays, and the generators as text."""
         return {
             **{name: array.copy() for name, array in self._arrays().items()},
             "generators": json.dumps([g.bit_generator.state for g in self.sessions.np_random]),

@@ -54,7 +54,7 @@ def layout_hash(problem: DesignProblem) -> str:
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
-def save_designer(
+def write_designer(
     designer: Designer, path: Path, origin: Origin, arguments: Mapping[str, Any]
 ) -> None:
     """Write a designer; each of its two files appears whole or not at all.
@@ -89,8 +89,8 @@ def save_designer(
     _write(path, (json.dumps(config, indent=2) + "\n").encode())
 
 
-def load_designer_file(path: Path) -> tuple[Designer, Origin]:
-    """Read a designer of ``save_designer``; nothing is unpickled.
+def read_designer(path: Path) -> tuple[Designer, Origin]:
+    """Read a designer of ``write_designer``; nothing is unpickled.
 
     Raises:
         ValueError: in one sentence, for a file that is missing, damaged or edited, or a designer

@@ -17,16 +17,14 @@ from stable_baselines3.common.utils import LinearSchedule
 from pkm_gym.agents.adapter import SessionVecEnv
 from pkm_gym.agents.checkpoint import load_checkpoint, save_checkpoint
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.files import Origin, save_designer
+from pkm_gym.agents.files import Origin, write_designer
 from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import algorithm_class
 from pkm_gym.agents.runs import BEST, CHECKPOINT, SCORES, Run, versions
-from pkm_gym.core.types import FloatArray
+from pkm_gym.benchmark.scoring import score
 
 ACTIVATIONS = {"relu": torch.nn.ReLU, "silu": torch.nn.SiLU, "tanh": torch.nn.Tanh}
-SOLVED = 1e-8  # a regret that can't be bettered
-COUNTED = 12  # evaluations in the score
 
 Report = Callable[[int, float], None]
 
@@ -133,7 +131,7 @@ class Keeper(BaseCallback):
         if reached > self.best:
             self.best = reached
             origin = Origin(run.env_id, run.command, self.model.num_timesteps, reached, versions())
-            save_designer(designer, run.folder / BEST, origin, lessons.problem_arguments)
+            write_designer(designer, run.folder / BEST, origin, lessons.problem_arguments)
         self.model.logger.record("validation/score", reached)
         line = {"steps": self.model.num_timesteps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
@@ -150,10 +148,3 @@ class Keeper(BaseCallback):
         steps = frequency.frequency if frequency else model.n_steps
         count: int = steps * model.n_envs
         return count
-
-
-def score(regrets: FloatArray) -> float:
-    """Return the score of regrets (n, k): 1 if every first evaluation is optimal, 0 if useless."""
-    first = regrets[:, :COUNTED]
-    digits = -np.log10(np.clip(first, SOLVED, 1.0)) / -np.log10(SOLVED)
-    return float(digits.mean())

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 
+import pkm_gym
+from pkm_gym.agents.designer import Centre, Designer
 from pkm_gym.agents.lessons import Lessons, prepare
+from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
+from pkm_gym.envs.observation import observation_layout
+from pkm_gym.envs.rules import Rules
 
 SMALL = {
     "ppo": ["algorithm.n_steps=12", "algorithm.batch_size=48"],
@@ -42,3 +48,20 @@ def small(tmp_path) -> Callable[..., tuple[Run, Lessons]]:
         return run, prepare(run.env_id, recipe, folder, pool=None, validation=None)
 
     return prepared
+
+
+@pytest.fixture
+def untrained() -> Callable[..., Designer]:
+    """A function that returns a designer of the Diamond with random weights."""
+
+    def made(name: str = "diamond", **rules: Any) -> Designer:
+        problem = pkm_gym.make_problem(name)
+        size, d = observation_layout(problem)["step_size"].stop, len(problem.low)
+        rng = np.random.default_rng(3)
+        layers = tuple(
+            (rng.normal(0.0, 0.3, shape).astype(np.float32), np.zeros(shape[0], np.float32))
+            for shape in ((16, size), (16, 16), (d, 16))
+        )
+        return Designer(problem, Rules(**rules), Network(layers, "silu", False), Centre(problem))
+
+    return made

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from pkm_gym.agents.files import load_designer_file
+from pkm_gym.agents.files import read_designer
 from pkm_gym.agents.recipe import ALGORITHMS
 from pkm_gym.agents.runs import BEST, CHECKPOINT, RUN, SCORES
 from pkm_gym.agents.training import Stopped, Training, make_model
@@ -52,7 +52,7 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
     after = torch.load(run.folder / CHECKPOINT, weights_only=True)["parameters"]["policy"]
     assert before.keys() == after.keys()
     assert any(not torch.equal(before[name], after[name]) for name in before)
-    designer, origin = load_designer_file(run.folder / BEST)
+    designer, origin = read_designer(run.folder / BEST)
     assert origin.score == best
     assert designer.design(None or {}).designs.shape == (1, 12, 1)
 
@@ -110,7 +110,7 @@ def test_a_setting_that_sb3_refuses_is_said(small):
 def test_ppo_beats_random_search_on_one_variable(small):
     run, lessons = small("ppo", "envs=32", steps=30_000)
     Training(run, lessons).train()
-    designer, _ = load_designer_file(run.folder / BEST)
+    designer, _ = read_designer(run.folder / BEST)
     [optimum] = lessons.optima
     [[*_, regret]] = designer.design(lessons.tasks).regrets(lessons.optima)
     rng = np.random.default_rng(0)
