@@ -345,6 +345,8 @@ def test_the_optimum_is_the_vertex_of_two_limits(spr3: DesignProblem) -> None:
     assert gci == pytest.approx(optimum.value, abs=optimum.tolerance)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("family", [256], indirect=True)
 @pytest.mark.parametrize("problem", ["spr3"], indirect=True)
 def test_each_limit_holds_back_some_optima_of_the_family(
     problem: DesignProblem, family: Solutions
@@ -353,7 +355,7 @@ def test_each_limit_holds_back_some_optima_of_the_family(
     shares = dict(zip(problem.constraint_names, active, strict=True))
     assert family.solvable.mean() >= 0.9
     for name in ("volume", "parasitic", "s_angle", "r_angle", "lci"):
-        assert shares[name] >= 0.01, shares
+        assert shares[name] >= 0.02, shares
 
 
 def test_a_box_with_a_singularity_is_told_by_any_step(spr3: DesignProblem) -> None:
