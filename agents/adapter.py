@@ -21,6 +21,10 @@ class SessionVecEnv(VecEnv):
 
     All sessions advance by one ``evaluate`` call. A session that ends says so in its info, as SB3
     expects it: ``terminal_observation``, and ``episode`` with its return, length and time.
+
+    Attributes:
+        sessions: the vector environment.
+        infos: what it said in the last step.
     """
 
     def __init__(self, sessions: DesignVectorEnv) -> None:
@@ -34,6 +38,7 @@ class SessionVecEnv(VecEnv):
                 f"autoreset_mode is {sessions.autoreset_mode.value!r}: SB3 needs 'SameStep'"
             )
         self.sessions = sessions
+        self.infos: dict[str, Any] = {}
         self._actions = np.zeros(sessions.action_space.shape or (), dtype=np.float32)
         self._returns = np.zeros(sessions.num_envs)
         self._began = time.monotonic()
@@ -58,10 +63,11 @@ class SessionVecEnv(VecEnv):
     def step_wait(self) -> VecEnvStepReturn:
         """Evaluate the designs that the actions mean."""
         observations, rewards, ended, _, infos = self.sessions.step(self._actions)
+        self.infos = infos
         self._returns += rewards
         said: list[dict[str, Any]] = [{}] * self.num_envs
         if ended.any():
-            for row in np.flatnonzero(ended):
+            for row in np.flatnonzero(ended).tolist():
                 said[row] = {
                     "terminal_observation": infos["final_obs"][row],
                     "episode": self._episode(row),
@@ -87,7 +93,11 @@ class SessionVecEnv(VecEnv):
     def _arrays(self) -> dict[str, npt.NDArray[Any]]:
         session = self.sessions.session
         own = {name: getattr(session, name) for name in ("tasks", "optima", "evaluations", "last")}
-        points = {"best": session.best, "other": session.other, "answer": session.answer}
+        points: dict[str, Any] = {
+            "best": session.best,
+            "other": session.other,
+            "answer": session.answer,
+        }
         parts = {
             f"{name}.{field}": array
             for name, point in points.items()

@@ -93,7 +93,7 @@ def _find(model: Any, name: str) -> Any:
 
 
 def _numpy_state() -> str:
-    state: dict[str, Any] = np.random.get_state(legacy=False)  # type: ignore[assignment]  # noqa: NPY002 (SB3 draws from NumPy's global generator)
+    state: dict[str, Any] = np.random.get_state(legacy=False)  # noqa: NPY002 (SB3 draws from NumPy's global generator)
     state["state"]["key"] = state["state"]["key"].tolist()
     return json.dumps(state)
 

@@ -100,8 +100,8 @@ class Designer:
                 f"budget is {steps!r}: this designer was trained for {self.rules.budget} "
                 f"evaluations, so it must be from 1 to {self.rules.budget}"
             )
-        single = isinstance(tasks, Task | Mapping) or np.ndim(tasks) == 1
-        packed = given_tasks(self.problem, tasks, 1 if single else len(tasks))
+        count = len(tasks) if isinstance(tasks, np.ndarray) and tasks.ndim == 2 else 1
+        packed = given_tasks(self.problem, tasks, count)
         session, rows = self.open(packed), np.arange(len(packed))
         evaluations = []
         for _ in range(steps):

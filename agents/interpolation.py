@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -165,7 +166,7 @@ class Interpolation:
         return scaled_tasks(self.problem, tasks)[:, drawn]
 
 
-def _parted(limits: FloatArray, least: int) -> Iterator[FloatArray]:
+def _parted(limits: BoolArray, least: int) -> Iterator[npt.NDArray[np.intp]]:
     """Yield the rows of each pattern (n, limits) that at least so many share, the largest first."""
     _, pattern, counts = np.unique(limits, axis=0, return_inverse=True, return_counts=True)
     order = [at for at in np.argsort(-counts) if counts[at] >= least]

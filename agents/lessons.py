@@ -15,6 +15,7 @@ from gymnasium.envs.registration import EnvSpec, registry
 from pkm_gym.agents.designer import Centre, Starts
 from pkm_gym.agents.interpolation import Interpolation
 from pkm_gym.agents.recipe import Recipe
+from pkm_gym.benchmark.splits import split_path
 from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -59,7 +60,7 @@ class Lessons:
 
     def sessions(self, n: int) -> DesignVectorEnv:
         """Return n sessions to learn on."""
-        return DesignVectorEnv(num_envs=n, infos=False, **self.arguments)
+        return DesignVectorEnv(num_envs=n, **{"infos": False, **self.arguments})
 
 
 def find_spec(env_id: str) -> EnvSpec:
@@ -93,20 +94,26 @@ def prepare(
         env_id: of the environment.
         recipe: of the run.
         folder: of the run.
-        pool: file of solved tasks to learn on, as ``pkm-gym solve-tasks`` writes it.
-        validation: file of solved tasks to be scored on; tasks are drawn and solved without one.
+        pool: file of solved tasks to learn on, as ``pkm-gym solve-tasks`` writes it; None: the
+            benchmark's training tasks, if they are needed.
+        validation: file of solved tasks to be scored on; None: the benchmark's, or else tasks that
+            are drawn and solved now.
 
     Raises:
         ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
     """
     arguments = {**find_spec(env_id).kwargs, **recipe.environment}
+    problem = _problem(arguments)
+    needed = recipe.starts == "interpolated" or arguments.get("reward") == "regret"
+    if pool is None and needed and arguments.get("family"):
+        pool = _split(problem, "train")
+        if pool is None:
+            raise ValueError(f"{env_id} needs solved tasks to learn on: give --pool FILE.npz")
     if pool is not None:
         arguments["pool"] = str(pool)
     starts: Starts | None = None
     if recipe.starts == "interpolated":
-        problem = _problem(arguments)
-        if pool is None:
-            raise ValueError("starts='interpolated' needs solved tasks: give --pool FILE.npz")
+        assert pool is not None
         known = Pool.load(pool, problem)
         starts = Interpolation(problem, known)
         arguments |= {"start": "pool", "pool": str(folder / "pool.npz")}
@@ -115,6 +122,8 @@ def prepare(
     else:
         arguments["start"] = recipe.starts
     env = DesignEnv(**arguments)
+    if validation is None and env.opening.family:
+        validation = _split(problem, "val")
     scored = _validation(env, folder, validation)
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
@@ -141,6 +150,13 @@ def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
     """Return the problem of an environment's arguments, before its pool is at hand."""
     plain = {k: v for k, v in arguments.items() if k not in ("pool", "start", "reward")}
     return DesignEnv(**plain).problem
+
+
+def _split(problem: DesignProblem, split: str) -> Path | None:
+    """Return the benchmark's file of a split, None where it has none of just this problem."""
+    path = split_path(problem.name, split)
+    plain = problem.hash() == type(problem)().hash()
+    return path if plain and path.exists() else None
 
 
 def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,11 @@ def _silu(x: Array) -> Array:
     return half + half * np.tanh(half)
 
 
-ACTIVATIONS = {"relu": lambda x: np.maximum(x, 0.0), "silu": _silu, "tanh": np.tanh}
+ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
+    "relu": lambda x: np.maximum(x, 0.0),
+    "silu": _silu,
+    "tanh": np.tanh,
+}
 
 
 @dataclass(frozen=True)

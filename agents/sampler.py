@@ -126,7 +126,7 @@ class DesignerSampler(BaseSampler):
             self.task.pack()[None],
             table,
             row,
-            (row <= 0.0).all(axis=1),
+            np.asarray((row <= 0.0).all(axis=1)),
             np.array([known["log_merit"]]),
         )
 

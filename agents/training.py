@@ -42,12 +42,14 @@ class Training:
         lessons: what it learns and is scored on.
         report: called with the steps done and the best score so far.
         stop: asked before each rollout whether to keep the state and end.
+        scored: called with each score.
     """
 
     run: Run
     lessons: Lessons
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
+    scored: Callable[[float], None] = lambda _: None
 
     def train(self, *, resume: bool = False) -> float:
         """Train to the end, from the last checkpoint if ``resume``; return the best score.
@@ -84,7 +86,7 @@ def make_model(run: Run, lessons: Lessons) -> Any:
     algorithm = dict(recipe.algorithm)
     rate = algorithm.get("learning_rate")
     if isinstance(rate, list):
-        algorithm["learning_rate"] = LinearSchedule(*map(float, rate), end_fraction=1.0)
+        algorithm["learning_rate"] = LinearSchedule(float(rate[0]), float(rate[1]), 1.0)
     if isinstance(algorithm.get("train_freq"), list):
         algorithm["train_freq"] = tuple(algorithm["train_freq"])
     policy = dict(recipe.policy)
@@ -137,6 +139,7 @@ class Keeper(BaseCallback):
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         self._save()
+        self.training.scored(reached)
 
     def _save(self) -> None:
         save_checkpoint(self.model, self.training.run.folder / CHECKPOINT, best=self.best)

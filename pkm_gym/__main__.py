@@ -32,6 +32,7 @@ VERBS = {
     "zoo": ("pkm_gym.agents.zoo:command", "List the trained designers that are shipped."),
     "agent-eval": ("pkm_gym.agents.score:command", "Score trained agents on unseen tasks."),
     "train": ("pkm_gym.agents.train:command", "Train an agent that learns to design."),
+    "tune": ("pkm_gym.agents.tune:command", "Search an algorithm's hyperparameters."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
     "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
     "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
