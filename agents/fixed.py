@@ -110,10 +110,13 @@ def rows(
         trained = [
             train_on(problem, algorithm, seed=seed, progress=progress) for seed in range(seeds)
         ]
-        for name, at in ((f"{algorithm}, training", 0), (f"{algorithm}, trained", 1)):
+        for name, evaluations in (
+            (f"{algorithm}, training", [run.best for run in trained]),
+            (f"{algorithm}, trained", [run.final for run in trained]),
+        ):
             found[name] = [
-                row_of(f"{name}, seed {seed}", run[at], 0, optimum, evaluations=run.evaluations)
-                for seed, run in enumerate(trained)
+                row_of(f"{name}, seed {seed}", found_by, 0, optimum, evaluations=run.evaluations)
+                for seed, (found_by, run) in enumerate(zip(evaluations, trained, strict=True))
             ]
     return found
 

@@ -94,7 +94,7 @@ def changed(recipe: Recipe, settings: Mapping[str, float]) -> Recipe:
         group, _, name = key.partition(".")
         falling = name == "learning_rate"
         groups[group][name] = [value, FALLS_TO * value] if falling else value
-    return replace(recipe, **groups)
+    return replace(recipe, algorithm=groups["algorithm"], policy=groups["policy"])
 
 
 def command(
