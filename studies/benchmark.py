@@ -121,7 +121,14 @@ def command(
     ]  # fmt: skip
     plans = [_plan(how, number, folder) for how in dict.fromkeys(settings)]
     screen = console()
-    logs = _run(plans, jobs, screen)
+    try:
+        logs = _run(plans, jobs, screen)
+    except KeyboardInterrupt:
+        screen.print(
+            f"stopped: {folder} keeps what is done; the same command goes on from there",
+            soft_wrap=True,
+        )
+        raise
     entries = standings(logs)
     show(screen, entries)
     save_table(entries, folder / "table.csv")

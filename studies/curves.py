@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from pkm_gym.benchmark.scoring import FLOOR, SCORED, WITHIN
-from pkm_gym.benchmark.standings import Entry
+from pkm_gym.benchmark.standings import AT, Entry
 from pkm_gym.plots import STYLE, headline, legend, new_figure, panel, save
 
 DPI = 150
+WIDTH, HEIGHT, KEY = 4.0, 4.2, 1.8  # of a panel, of a figure, of the key to the lines, inches
 PER_CENT = 100.0
 TOP = 1.0  # regrets above this are drawn there
 BAND = (0.1, 0.9)
@@ -33,38 +35,41 @@ def save_curves(entries: Sequence[Entry], folder: Path) -> list[Path]:
 def regret_figure(entries: Sequence[Entry]) -> Figure:
     """Draw the regret over evaluations: median over tasks, and where 80 % of the tasks lie."""
     tracks = sorted({entry.track for entry in entries})
-    figure = new_figure(4.2 * len(tracks) + 0.6, 4.4)
+    figure = new_figure(WIDTH * len(tracks) + KEY, HEIGHT)
     for i, track in enumerate(tracks):
-        axes = _panel(figure, i, len(tracks), title=track)
+        axes = _panel(figure, i, title=track)
         axes.set_yscale("log")
+        axes.minorticks_off()
+        axes.yaxis.set_major_formatter("{x:g}")
         axes.set_ylim(FLOOR * PER_CENT, TOP * PER_CENT)
         for entry, style in _styled(entries):
             if entry.track == track:
                 _curve(axes, entry, style)
-        legend(axes, loc="lower left")
     figure.axes[0].set_ylabel("regret (% of the optimum)")
-    _headline(figure, entries, "Regret against evaluations", "median and 10 to 90 % of the tasks")
+    _key(figure, entries)
+    note = "median, and where 80 % of the tasks lie; at the top nothing feasible is found"
+    _headline(figure, entries, "Regret against evaluations", note)
     return figure
 
 
 def solved_figure(entries: Sequence[Entry]) -> Figure:
     """Draw the share of tasks solved over evaluations, for each limit of the regret."""
-    figure = new_figure(4.2 * len(WITHIN) + 0.6, 4.4)
+    figure = new_figure(WIDTH * len(WITHIN) + KEY, HEIGHT)
     for i, limit in enumerate(WITHIN):
-        axes = _panel(figure, i, len(WITHIN), title=f"within {PER_CENT * limit:g} %")
+        axes = _panel(figure, i, title=f"within {PER_CENT * limit:g} %")
         axes.set_ylim(-0.02, 1.02)
         for entry, style in _styled(entries):
             share = np.median((entry.regret <= limit).mean(axis=1), axis=0)
-            axes.plot(_counts(entry), share, label=entry.name, **style)
+            axes.plot(_counts(entry), share, drawstyle="steps-post", **style)
     figure.axes[0].set_ylabel("share of the tasks")
-    legend(figure.axes[0], loc="upper left")
+    _key(figure, entries)
     _headline(figure, entries, "Tasks solved against evaluations", "all tracks")
     return figure
 
 
 def pool_figure(entries: Sequence[Entry]) -> Figure:
     """Draw the median regret after 12 evaluations over the number of training tasks known."""
-    figure = new_figure(5.2, 4.4)
+    figure = new_figure(5.2, HEIGHT)
     axes = panel(figure, (0.14, 0.12, 0.82, 0.72), x="training tasks known")
     methods = sorted({entry.setting.method for entry in entries if entry.setting.pool})
     for method, (dashes, colour) in zip(methods, LINES, strict=False):
@@ -86,14 +91,14 @@ def pool_figure(entries: Sequence[Entry]) -> Figure:
     return figure
 
 
-def _panel(figure: Figure, i: int, n: int, *, title: str) -> Axes:
-    width = 1.0 / n
-    box = (width * i + 0.055, 0.12, width - 0.075, 0.70)
+def _panel(figure: Figure, i: int, *, title: str) -> Axes:
+    width = WIDTH / figure.get_figwidth()
+    box = (width * (i + 0.18), 0.12, 0.78 * width, 0.70)
     axes = panel(figure, box, x="evaluations", title=title)
     axes.set_xscale("log")
-    axes.set_xticks([1, 2, 4, 8, 12, 24, 60, 120, 300], minor=False)
+    axes.set_xticks(AT)
+    axes.minorticks_off()
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("")
     axes.grid(color=STYLE["grid"], linewidth=STYLE["thin"])
     axes.set_axisbelow(True)
     return axes
@@ -102,8 +107,16 @@ def _panel(figure: Figure, i: int, n: int, *, title: str) -> Axes:
 def _curve(axes: Axes, entry: Entry, style: dict[str, Any]) -> None:
     quantiles = np.quantile(entry.regret, (BAND[0], 0.5, BAND[1]), axis=1, method="higher")
     low, middle, high = PER_CENT * np.clip(np.median(quantiles, axis=1), FLOOR, TOP)
-    axes.plot(_counts(entry), middle, label=entry.name, **style)
-    axes.fill_between(_counts(entry), low, high, color=style["color"], alpha=0.07, linewidth=0.0)
+    axes.plot(_counts(entry), middle, drawstyle="steps-post", **style)
+    shade = {"color": style["color"], "alpha": 0.07, "linewidth": 0.0, "step": "post"}
+    axes.fill_between(_counts(entry), low, high, **shade)
+
+
+def _key(figure: Figure, entries: Sequence[Entry]) -> None:
+    """Write which line is which, to the right of the panels."""
+    lines = [Line2D([], [], label=entry.name, **style) for entry, style in _styled(entries)]
+    place = {"loc": "upper left", "bbox_to_anchor": (1.03, 1.02)}
+    legend(figure.axes[-1], handles=lines, **place)
 
 
 def _counts(entry: Entry) -> Any:

@@ -15,8 +15,9 @@ from contextlib import contextmanager
 
 import numpy as np
 import optuna
-from cmaes import CMA
+from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
 from optuna.samplers import BaseSampler, TPESampler
+from optuna.study import StudyDirection
 
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.interpolation import Interpolation
@@ -29,9 +30,9 @@ from pkm_gym.studies.storage import Values, quiet
 
 MakeSampler = Callable[[int], BaseSampler]
 
-ENQUEUED = 8  # neighbours' optima that TPE tries first
-STARTED_AT = 4  # neighbours whose optima's mean is CMA-ES's first mean
-SIGMA = 0.03  # CMA-ES's first step size there, a share of the range
+ENQUEUED = 16  # neighbours' optima that TPE tries first
+STARTED_AT = 16  # neighbours whose optima's mean is CMA-ES's first mean
+SIGMA = 0.01  # CMA-ES's first step size there, a share of the range
 
 
 def sampler_search(
@@ -51,7 +52,8 @@ def sampler_search(
 
     def search(evaluator: Evaluator) -> None:
         problem = evaluator.problem
-        directions = ("minimize",) if values == "merit" else problem.directions
+        names = ("minimize",) if values == "merit" else problem.directions
+        directions = [StudyDirection[name.upper()] for name in names]
         seed = int(evaluator.generator.integers(2**31))
         suggest = problem.objective_for().suggest
         with quiet():
@@ -67,19 +69,19 @@ def sampler_search(
 
 
 @method()
-def tpe(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def tpe(_problem: DesignProblem, _pool: Pool) -> Search:
     """Search with TPE as Optuna sets it up: multivariate, constrained, 10 trials to start up."""
     return _named("tpe")
 
 
 @method()
-def tpe_4(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def tpe_4(_problem: DesignProblem, _pool: Pool) -> Search:
     """Search with TPE with 4 trials to start up."""
     return sampler_search(lambda seed: TPESampler(seed=seed, n_startup_trials=4))
 
 
 @method()
-def cmaes(problem: DesignProblem, _pool: Pool | None) -> Search:
+def cmaes(problem: DesignProblem, _pool: Pool) -> Search:
     """Search with CMA-ES on the merit, from the centre of the box."""
     # Its first trial belongs to no generation: let it be the mean of the first one.
     centre = 0.5 * (problem.low + problem.high)
@@ -87,13 +89,13 @@ def cmaes(problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method()
-def nsga2(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def nsga2(_problem: DesignProblem, _pool: Pool) -> Search:
     """Search with NSGA-II, constrained."""
     return _named("nsga2")
 
 
 @method(evaluations=60, tasks=16)
-def gp(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def gp(_problem: DesignProblem, _pool: Pool) -> Search:
     """Search with a Gaussian process, constrained; about a second a trial."""
     check_sampler("gp", 1)
     search = _named("gp")
@@ -106,16 +108,16 @@ def gp(_problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method(knowledge="transfer")
-def neighbours_tpe(problem: DesignProblem, pool: Pool | None) -> Search:
+def neighbours_tpe(problem: DesignProblem, pool: Pool) -> Search:
     """Search with TPE that is first given the optima of the nearest tasks."""
-    nearest = _interpolation(problem, pool).nearest
+    nearest = Interpolation(problem, pool).nearest
     return _named("tpe", first=lambda task: nearest(task, ENQUEUED))
 
 
 @method(knowledge="transfer")
-def neighbours_cmaes(problem: DesignProblem, pool: Pool | None) -> Search:
+def neighbours_cmaes(problem: DesignProblem, pool: Pool) -> Search:
     """Search with CMA-ES on the merit, from the mean of the optima of the nearest tasks."""
-    nearest = _interpolation(problem, pool).nearest
+    nearest = Interpolation(problem, pool).nearest
     span = problem.high - problem.low
 
     def search(evaluator: Evaluator) -> None:
@@ -145,11 +147,6 @@ def _named(name: str, first: Callable[[FloatArray], FloatArray] | None = None) -
         return make_sampler(name, seed=seed)
 
     return sampler_search(make, values=values_for(name), first=first)
-
-
-def _interpolation(problem: DesignProblem, pool: Pool | None) -> Interpolation:
-    assert pool is not None
-    return Interpolation(problem, pool)
 
 
 @contextmanager

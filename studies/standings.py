@@ -24,6 +24,7 @@ from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after, standing
 from pkm_gym.studies.report import whole_file
 from pkm_gym.studies.terminal import FAINT, console, section, table
 
+SHORT = (1, 4, 12, 60, 300)  # evaluations in the Markdown table
 AGAINST = (12, 120, 300)  # evaluations of the others in a paired comparison
 
 
@@ -52,8 +53,9 @@ def show(screen: Console, entries: Sequence[Entry]) -> None:
         screen.print(_violations(entries))
     if len(entries) > 1:
         champion = entries[0]
-        screen.print(section(f"{champion.name} after {SCORED} evaluations against the others"))
+        screen.print(section(f"{champion.name} after {SCORED} evaluations is better on"))
         screen.print(_duels(champion, entries[1:]))
+        screen.print("of the tasks (in brackets: at least, at 95 %)", style=FAINT)
     if any(entry.cost.evaluations for entry in entries):
         screen.print(section("What was spent before the first task"))
         screen.print(_costs(entries))
@@ -122,17 +124,16 @@ def _violations(entries: Sequence[Entry]) -> Any:
 
 
 def _duels(champion: Entry, others: Sequence[Entry]) -> Any:
-    heads = [f"at {k}" for k in AGAINST]
-    lines = table("better than", *heads, numbers=heads)
+    counts = [k for k in AGAINST if any(other.has(k) for other in others)]
+    heads = [f"after {k}" for k in counts]
+    lines = table("than", *heads, numbers=heads)
     own_k = min(SCORED, champion.setting.budget)
     for other in others:
-        cells = []
-        for k in AGAINST:
-            if not other.has(k):
-                cells.append("")
-                continue
-            found = compare(champion, own_k, other, k)
-            cells.append(f"{100 * found.share:.0f} % (>= {100 * found.low:.0f} %)")
+        found = [compare(champion, own_k, other, k) if other.has(k) else None for k in counts]
+        cells = [
+            f"{100 * duel.share:.0f} % (>= {100 * duel.low:.0f} %)" if duel else ""
+            for duel in found
+        ]
         lines.add_row(other.name, *cells)
     return lines
 
@@ -203,10 +204,44 @@ def _figures(entry: Entry, k: int) -> dict[str, str]:
     }
 
 
+def markdown(entries: Sequence[Entry]) -> str:
+    """Return the standings as Markdown, a table for each track."""
+    counts = [k for k in SHORT if any(entry.has(k) for entry in entries)]
+    heads = ["method", "tasks", "seeds", "score (95 %)", *map(str, counts), f"feasible, {SCORED}"]
+    tables = []
+    for track in sorted({entry.track for entry in entries}):
+        lines = [
+            f"**{track}**: median regret in per cent after so many evaluations",
+            "",
+            f"| {' | '.join(heads)} |",
+            f"| --- |{' ---: |' * (len(heads) - 1)}",
+        ]
+        own = [entry for entry in entries if entry.track == track]
+        lines += [f"| {' | '.join(_cells(entry, counts))} |" for entry in own]
+        tables.append("\n".join(lines))
+    return "\n\n".join(tables)
+
+
+def _cells(entry: Entry, counts: Sequence[int]) -> list[str]:
+    score = entry.score
+    medians = [percent(entry.median(k)) if entry.has(k) else "" for k in counts]
+    feasible = over_seeds(share_feasible(min(SCORED, entry.setting.budget)), entry.regret)
+    return [
+        entry.name,
+        str(len(entry.rows)),
+        str(entry.seeds),
+        f"{score.value:.3f} ({score.low:.3f} to {score.high:.3f})",
+        *medians,
+        f"{100 * feasible:.0f} %",
+    ]
+
+
 def save_table(entries: Sequence[Entry], path: Path) -> None:
-    """Write all figures of the entries to a csv file, whole or not at all."""
+    """Write all figures of the entries to a csv file, and the chief ones as Markdown beside it."""
     rows = list(records(entries))
     with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
+    with whole_file(path.with_suffix(".md")) as part:
+        part.write_text(markdown(entries) + "\n", encoding="utf-8")

@@ -8,6 +8,7 @@ from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.methods import METHODS, Cost, Method, find_method, method, proposing
 from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.recording import RecordEvaluations
 from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.scoring import duel, interval, regrets, score
 from pkm_gym.benchmark.splits import SPLITS, load_split
@@ -20,6 +21,7 @@ __all__ = [
     "Evaluator",
     "Interpolation",
     "Method",
+    "RecordEvaluations",
     "Setting",
     "Spent",
     "duel",

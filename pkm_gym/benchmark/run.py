@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.methods import Method, Search, find_method
@@ -141,7 +142,7 @@ def _parts(how: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLo
 
 @contextmanager
 def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give processes that leave Ctrl-C to this one, and are stopped when it leaves."""
+    """Give processes that end with this one, at Ctrl-C too."""
     executor = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_alone)
     try:
         yield executor
@@ -152,10 +153,10 @@ def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _alone() -> None:
-    """Use one thread in this process, and let the first process see Ctrl-C."""
+    """Use one thread in this process, and end without a word at Ctrl-C."""
     import numba
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     numba.set_num_threads(1)
 
 
@@ -181,11 +182,12 @@ def _solve(how: Setting, rows: Rows) -> EvaluationLog:
     d = len(prepared.problem.low)
     designs = np.full((len(rows), how.budget, d), np.nan)
     seconds = np.empty(len(rows))
-    for i, row in enumerate(rows):
-        began = time.perf_counter()
-        found = _search(how, prepared, int(row))
-        seconds[i] = time.perf_counter() - began
-        designs[i, : len(found)] = found
+    with threadpool_limits(limits=1):  # sums of matrices keep their order
+        for i, row in enumerate(rows):
+            began = time.perf_counter()
+            found = _search(how, prepared, int(row))
+            seconds[i] = time.perf_counter() - began
+            designs[i, : len(found)] = found
     return EvaluationLog(how, rows, designs, seconds, log.version, log.command)
 
 

@@ -84,7 +84,7 @@ def _measured(
     """Return the exact log merit and feasibility (n, budget); inf and False where there is none."""
     n, budget, _ = log.designs.shape
     there = np.isfinite(log.designs).all(axis=2)
-    tasks = np.repeat(split.tasks[log.rows], budget, axis=0).reshape(n, budget, -1)
+    tasks = np.repeat(split.tasks[log.rows][:, None, :], budget, axis=1)
     log_merit = np.full((n, budget), np.inf)
     feasible = np.zeros((n, budget), dtype=bool)
     if there.any():

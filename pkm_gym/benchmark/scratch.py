@@ -7,7 +7,6 @@ spent.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -22,15 +21,11 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
-# First trust region and last, shares of the range. Limits are maxima over a workspace, so a
-# smaller last one would only be spent on their kinks.
+# COBYQA's first trust region and its last, shares of the range.
 FIRST_RADIUS, LAST_RADIUS = 0.1, 1e-8
 
 DIFFERENCE = 1e-6  # of SLSQP's forward differences, a share of the range
 TOLERANCE = 1e-12  # of SLSQP, in log merit
-
-# How many of the latest points an objective and its constraints share; a gradient takes d + 1.
-REMEMBERED = 32
 
 Minimise = Callable[["UnitCube", FloatArray], None]
 
@@ -38,12 +33,13 @@ Minimise = Callable[["UnitCube", FloatArray], None]
 class UnitCube:
     """A task as SciPy wants it: functions of a point (d,) of the unit cube.
 
-    Whatever is asked at one of the latest points shares its one counted evaluation.
+    Whatever is asked of one design shares its one counted evaluation.
     """
 
     def __init__(self, evaluator: Evaluator) -> None:
         problem = evaluator.problem
         self.dimensions = len(problem.low)
+        self.bounds = Bounds(np.zeros(self.dimensions), np.ones(self.dimensions))
         self._evaluator = evaluator
         self._low, self._high = problem.low, problem.high
         self._sign = 1.0 if problem.objectives[0].direction == "minimise" else -1.0
@@ -51,20 +47,19 @@ class UnitCube:
 
     def point(self, design: FloatArray) -> FloatArray:
         """Return where a design (d,) lies."""
-        return (design - self._low) / (self._high - self._low)
+        return np.clip((design - self._low) / (self._high - self._low), 0.0, 1.0)
 
     def draw(self) -> FloatArray:
         """Return a random point (d,)."""
         return self._evaluator.generator.random(self.dimensions)
 
     def evaluate(self, point: FloatArray) -> Evaluation:
-        """Return the evaluation of a point, counted unless it is one of the latest."""
-        key = point.tobytes()
+        """Return the evaluation of a point, counted when it is first asked for."""
+        design = self._low + (self._high - self._low) * point
+        design = np.clip(design, self._low, self._high)
+        key = design.tobytes()
         if key not in self._known:
-            if len(self._known) == REMEMBERED:
-                del self._known[next(iter(self._known))]
-            design = self._low + (self._high - self._low) * point
-            self._known[key] = self._evaluator.evaluate(np.clip(design, self._low, self._high))
+            self._known[key] = self._evaluator.evaluate(design)
         return self._known[key]
 
     def merit(self, point: FloatArray) -> float:
@@ -93,7 +88,7 @@ class UnitCube:
 
 
 @method()
-def random(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def random(_problem: DesignProblem, _pool: Pool) -> Search:
     """Draw designs uniformly from the box."""
 
     def propose(problem: DesignProblem, _task: FloatArray, history: Evaluator) -> FloatArray:
@@ -103,7 +98,7 @@ def random(_problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method()
-def sobol(problem: DesignProblem, _pool: Pool | None) -> Search:
+def sobol(problem: DesignProblem, _pool: Pool) -> Search:
     """Take the points of a scrambled Sobol sequence."""
 
     def search(evaluator: Evaluator) -> None:
@@ -115,74 +110,83 @@ def sobol(problem: DesignProblem, _pool: Pool | None) -> Search:
 
 
 @method()
-def cobyqa(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def cobyqa(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with COBYQA, first from the centre of the box."""
     return restarted(_cobyqa)
 
 
 @method(start="given")
-def start_cobyqa(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def start_cobyqa(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with COBYQA, first from the given start."""
     return restarted(_cobyqa)
 
 
 @method()
-def slsqp(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def slsqp(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise with SLSQP, first from the centre of the box; its differences are counted."""
     return restarted(_slsqp)
 
 
 @method()
-def de(_problem: DesignProblem, _pool: Pool | None) -> Search:
+def de(_problem: DesignProblem, _pool: Pool) -> Search:
     """Minimise the merit by differential evolution with 4 members a variable."""
 
-    def evolve(cube: UnitCube, generator: np.random.Generator) -> None:
-        differential_evolution(
-            cube.merit,
-            [(0.0, 1.0)] * cube.dimensions,
-            popsize=4,
-            recombination=0.9,
-            maxiter=10**9,
-            tol=0.0,
-            polish=False,
-            rng=generator,
-        )
-
     def search(evaluator: Evaluator) -> None:
+        cube = UnitCube(evaluator)
         while True:
-            evolve(UnitCube(evaluator), evaluator.generator)
+            differential_evolution(
+                cube.merit,
+                cube.bounds,
+                popsize=4,
+                recombination=0.9,
+                maxiter=10**9,
+                tol=0.0,
+                polish=False,
+                rng=evaluator.generator,
+            )
 
     return search
 
 
 def restarted(minimise: Minimise) -> Search:
-    """Return the search that minimises from the given start or the centre, then from random points."""
+    """Return the search that minimises from the given start or the centre, then at random."""
 
     def search(evaluator: Evaluator) -> None:
         cube = UnitCube(evaluator)
         centre = np.full(cube.dimensions, 0.5)
         point = centre if evaluator.start is None else cube.point(evaluator.start)
         while True:
-            minimise(cube, np.clip(point, 0.0, 1.0))
+            minimise(cube, point)
             point = cube.draw()
 
     return search
 
 
-def _cobyqa(cube: UnitCube, point: FloatArray) -> None:
-    radii = {"initial_tr_radius": FIRST_RADIUS, "final_tr_radius": LAST_RADIUS}
-    _minimise(cube, point, "COBYQA", NonlinearConstraint(cube.limits, -np.inf, 0.0), radii)
+def descend(evaluator: Evaluator, design: FloatArray, radius: float) -> None:
+    """Minimise once with COBYQA, from a design (d,) and a first radius, a share of the range."""
+    cube = UnitCube(evaluator)
+    _cobyqa(cube, cube.point(design), radius)
+
+
+def _cobyqa(cube: UnitCube, point: FloatArray, radius: float = FIRST_RADIUS) -> None:
+    minimize(
+        cube.objective,
+        point,
+        method="COBYQA",
+        bounds=cube.bounds,
+        constraints=NonlinearConstraint(cube.limits, -np.inf, 0.0),
+        options={"initial_tr_radius": radius, "final_tr_radius": LAST_RADIUS},
+    )
 
 
 def _slsqp(cube: UnitCube, point: FloatArray) -> None:
-    kept = {"type": "ineq", "fun": lambda point: -cube.limits(point)}
-    _minimise(cube, point, "SLSQP", kept, {"eps": DIFFERENCE, "ftol": TOLERANCE})
-
-
-def _minimise(
-    cube: UnitCube, point: FloatArray, name: str, constraints: Any, options: dict[str, float]
-) -> None:
-    bounds = Bounds(np.zeros_like(point), np.ones_like(point))
+    # In this form the limits are differentiated with the objective's step: at the same points.
+    kept: Any = {"type": "ineq", "fun": lambda point: -cube.limits(point)}
     minimize(
-        cube.objective, point, method=name, bounds=bounds, constraints=constraints, options=options
+        cube.objective,
+        point,
+        method="SLSQP",
+        bounds=cube.bounds,
+        constraints=kept,
+        options={"eps": DIFFERENCE, "ftol": TOLERANCE},
     )

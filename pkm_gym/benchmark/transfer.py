@@ -12,14 +12,13 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
-# A corrected limit is first tightened by this constraint more than it seems to need, then by half
-# as much at each further rung.
-MARGIN = 1e-3
+# By how much of a constraint the active limits are first tightened, and the share of it that is
+# left at each further rung.
+MARGIN, SHRINK = 1e-3, 0.4
 
-SHRINK = 0.4
 RUNGS = 12
-FIRST_RADIUS = 0.002
-RUNGS_BEFORE = 3
+RUNGS_BEFORE = 6  # of COBYQA
+RADII = (0.002, 0.02, 0.2)  # of COBYQA's trust regions at first, shares of the range
 
 
 @method(knowledge="transfer")
@@ -47,12 +46,16 @@ def interpolated(problem: DesignProblem, pool: Pool) -> Search:
 
 @method(knowledge="transfer")
 def interpolated_cobyqa(problem: DesignProblem, pool: Pool) -> Search:
-    """Climb a few rungs of the ladder, then go on with COBYQA from the best of them."""
+    """Climb a few rungs of the ladder, then go on with COBYQA from the best of them.
+
+    When it has converged it starts again where it is, with a larger trust region.
+    """
     interpolation = Interpolation(problem, pool)
 
     def search(evaluator: Evaluator) -> None:
         climb(interpolation, evaluator, RUNGS_BEFORE)
-        descend(evaluator, answer(evaluator), FIRST_RADIUS)
+        for radius in RADII:
+            descend(evaluator, answer(evaluator), radius)
 
     return search
 

@@ -121,7 +121,7 @@ def test_a_failing_method_is_named_with_its_task(shipped, own_methods):
             return search
     """)
     how = setting(problem.name, "val", f"{name}:bad")
-    sentence = "bad failed on val task 0 after 1 evaluations: RuntimeError: no idea"
+    sentence = r"bad failed on val task \d after 1 evaluations: RuntimeError: no idea"
     for jobs in (1, 2):
         with pytest.raises(ValueError, match=sentence):
             run(how, np.arange(8), jobs=jobs)
