@@ -36,14 +36,16 @@ def one_thread() -> None:
 def small(tmp_path) -> Callable[..., tuple[Run, Lessons]]:
     """A function that prepares a run of a few hundred steps on the Diamond's ``gap``."""
 
-    def prepared(algorithm: str = "ppo", *settings: str, **given: Any) -> tuple[Run, Lessons]:
+    def prepared(
+        algorithm: str = "ppo", *settings: str, env_id: str = "PKM/Diamond-v0", **given: Any
+    ) -> tuple[Run, Lessons]:
         own = ["envs=8", "checkpoints=2", "policy.net_arch=[16,16]", "environment.free=['gap']"]
         recipe = read_recipe(
-            algorithm, "PKM/Diamond-v0", settings=[*own, *SMALL[algorithm], *settings],
+            algorithm, env_id, settings=[*own, *SMALL[algorithm], *settings],
             **{"steps": 384, **given},
         )  # fmt: skip
         folder = tmp_path / f"{algorithm}-{len(list(tmp_path.iterdir()))}"
-        run = Run("PKM/Diamond-v0", algorithm, 7, recipe, None, None, folder, "a test")
+        run = Run(env_id, algorithm, 7, recipe, None, None, folder, "a test")
         run.write()
         return run, prepare(run.env_id, recipe, folder, pool=None, validation=None)
 
