@@ -13,7 +13,6 @@ from typing import Annotated, TypeAlias
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
@@ -26,7 +25,7 @@ from pkm_gym.studies.leaderboard import enter
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.standings import save_table, show
 from pkm_gym.studies.storage import run_folder
-from pkm_gym.studies.terminal import console
+from pkm_gym.studies.terminal import console, counter
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3
@@ -175,15 +174,7 @@ def _known(plan: Plan) -> EvaluationLog | None:
 
 @contextmanager
 def _bar(screen: Console, total: int) -> Iterator[Report]:
-    progress = Progress(
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("tasks, {task.description}, left"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-        console=screen,
-        transient=True,
-        disable=not screen.is_terminal,
-    )
+    progress = counter(screen, "tasks")
     line = progress.add_task("starting", total=total)
     done: dict[Path, int] = {}
 

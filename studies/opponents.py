@@ -94,7 +94,7 @@ def nsga2(_problem: DesignProblem, _pool: Pool) -> Search:
     return _named("nsga2")
 
 
-@method(evaluations=60, tasks=16)
+@method(evaluations=40, tasks=16)
 def gp(_problem: DesignProblem, _pool: Pool) -> Search:
     """Search with a Gaussian process, constrained; about a second a trial."""
     check_sampler("gp", 1)

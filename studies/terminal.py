@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -48,3 +49,16 @@ def listing(values: Mapping[str, tuple[float, str]]) -> Table:
 def section(title: str) -> Text:
     """Return the line above a part of the output."""
     return Text(f"\n{title}", style=HEAD)
+
+
+def counter(screen: Console, unit: str) -> Progress:
+    """Return a bar that counts units, with what is being done and the time left; none in a file."""
+    return Progress(
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn(f"{unit}, {{task.description}}, left"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+    )

@@ -15,8 +15,8 @@ import numpy as np
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
 
-# A stored optimum keeps every constraint this far inside, so that rounding cannot break it.
-INSIDE = -1e-12
+# A stored optimum keeps every constraint at or below -1e-12; the rest is for rounding.
+INSIDE = -1.1e-12
 
 # A constraint within this of its limit at the optimum is called active.
 ACTIVE = 1e-5

@@ -111,7 +111,7 @@ def test_a_search_beats_chance_at_equal_evaluations(name, searched):
 @pytest.mark.slow
 def test_a_gaussian_process_searches_within_its_budget(shipped):
     found = find_method("gp")
-    assert (found.evaluations, found.tasks) == (60, 16)
+    assert (found.evaluations, found.tasks) == (40, 16)
     one = search("gp", shipped, 0, budget=25)
     chance = search("random", shipped, 0, budget=25)
     assert one.count == 25
