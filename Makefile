@@ -24,9 +24,9 @@ test-slow: $(VENV)/.dev
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	@# studies/ is installed as pkm_gym.studies: show mypy the package as it is installed
+	@# agents/ and studies/ are installed inside pkm_gym: show mypy the package as it is installed
 	@rm -rf build/types && mkdir -p build/types/pkm_gym
-	@ln -s $(CURDIR)/pkm_gym/* $(CURDIR)/studies build/types/pkm_gym
+	@ln -s $(CURDIR)/pkm_gym/* $(CURDIR)/agents $(CURDIR)/studies build/types/pkm_gym
 	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml
 
 benchmark: $(VENV)/.benchmark

@@ -39,13 +39,14 @@ from pkm_gym.studies.report import (
     whole_file,
 )
 from pkm_gym.studies.runner import Runner
-from pkm_gym.studies.samplers import check_sampler, make_sampler, values_for
+from pkm_gym.studies.samplers import called, check_sampler, make_sampler, values_for
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.storage import quiet, run_folder
 from pkm_gym.studies.terminal import console, counter
 
 SAMPLERS = ("tpe", "cmaes", "qmc", "random")
 SLOW = ("gp",)
+AGENTS = "pkm_gym.agents.fixed:rows"  # of a higher room
 SLOW_EVALUATIONS = 100  # a Gaussian process takes seconds a trial
 EVALUATIONS = 300
 SEEDS = 5
@@ -75,6 +76,7 @@ def compare(
     evaluations: int = EVALUATIONS,
     seeds: int = SEEDS,
     full: bool = False,
+    agents: bool = False,
     progress: Callable[[], None] = lambda: None,
 ) -> Comparison:
     """Compare the ways to a design of one problem and its task.
@@ -84,6 +86,7 @@ def compare(
         evaluations: how many designs each run of a sampler may evaluate.
         seeds: runs of each sampler.
         full: whether slow samplers run too, with at most 100 evaluations.
+        agents: whether agents are trained on the task, too; every design in it counts.
         progress: called after each run.
 
     Raises:
@@ -113,7 +116,9 @@ def compare(
             name = f"{sampler}, seed {seed}"
             runs[sampler].append(row_of(name, found, 0, optimum, evaluations=number))
             progress()
-        rows.append(median(f"{sampler}, median of {seeds}", runs[sampler]))
+    if agents:
+        runs |= called(AGENTS, problem, optimum, seeds, progress)
+    rows += [median(f"{name}, median of {seeds}", found) for name, found in runs.items()]
     if optimum is not None:
         rows.append(optimum)
     return Comparison(problem, rows, runs, verdict(problem))
@@ -192,6 +197,10 @@ def command(
         bool,
         typer.Option("--full", help="With the sampler gp too, which takes many minutes."),
     ] = False,
+    agents: Annotated[
+        bool,
+        typer.Option("--agents", help="With PPO and SAC trained on this task, some minutes each."),
+    ] = False,
     set_: SetOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -204,9 +213,14 @@ def command(
     """
     problem = problem_from(name, set_, fix, range_, objective)
     screen = console()
-    with comparison_bar(screen, seeds, full=full) as progress:
+    with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(
-            problem, evaluations=evaluations, seeds=seeds, full=full, progress=progress
+            problem,
+            evaluations=evaluations,
+            seeds=seeds,
+            full=full,
+            agents=agents,
+            progress=progress,
         )
     screen.print(rich_table(problem, comparison.rows))
     if comparison.verdict:
@@ -216,9 +230,12 @@ def command(
 
 
 @contextmanager
-def comparison_bar(screen: Console, seeds: int, *, full: bool) -> Iterator[Callable[[], None]]:
+def comparison_bar(
+    screen: Console, seeds: int, *, full: bool, agents: bool = False
+) -> Iterator[Callable[[], None]]:
     """Give the ``progress`` of a comparison that moves a bar."""
+    ways = len(SAMPLERS) + len(SLOW) * full + 2 * agents
     bar = counter(screen, "runs")
     with bar:
-        line = bar.add_task("samplers", total=seeds * len(SAMPLERS + (SLOW if full else ())))
+        line = bar.add_task("ways", total=seeds * ways)
         yield lambda: bar.advance(line)

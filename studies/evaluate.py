@@ -38,6 +38,7 @@ class Report:
     problem: DesignProblem
     given: GivenDesign
     evaluation: Evaluation
+    title: str = "a design of your own"
 
     @property
     def derived(self) -> dict[str, Dimension]:
@@ -120,11 +121,11 @@ def command(
     if picture is None and not as_json:
         picture = Path("runs") / name / "evaluate.png"
     if picture is not None:
-        _draw(report, picture)
+        draw(report, picture)
     if as_json:
-        print(json.dumps(_content(report), indent=2))
+        print(json.dumps(content(report), indent=2))
     else:
-        _show(console(), report)
+        show_report(console(), report)
         print(f"\npicture: {picture}")
 
 
@@ -134,14 +135,15 @@ def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) ->
     return Report(problem, given, problem.evaluate(given.design[None], given.task))
 
 
-def _draw(report: Report, path: Path) -> None:
+def draw(report: Report, path: Path) -> None:
+    """Write the picture of a design."""
     from pkm_gym.plots import design_figure, save
 
     path.parent.mkdir(parents=True, exist_ok=True)
     save(design_figure(report.problem, report.given.design, report.given.task), path)
 
 
-def _content(report: Report) -> dict[str, Any]:
+def content(report: Report) -> dict[str, Any]:
     """Return what ``--json`` prints: SI units, null where undefined."""
     problem, evaluation = report.problem, report.evaluation
     return {
@@ -165,9 +167,10 @@ def _content(report: Report) -> dict[str, Any]:
     }
 
 
-def _show(screen: Console, report: Report) -> None:
+def show_report(screen: Console, report: Report) -> None:
+    """Print all that is said of a design."""
     problem, evaluation = report.problem, report.evaluation
-    what = "the design that the paper prints" if report.is_printed else "a design of your own"
+    what = "the design that the paper prints" if report.is_printed else report.title
     screen.print(Text.assemble((problem.name, HEAD), f": {what}"))
     for note in report.notes:
         screen.print(note, style=FAINT)

@@ -70,7 +70,7 @@ class Runner:
 
     def run(self, jobs: int = 1) -> bool:
         """Run until the study has its trials, in ``jobs`` threads; return whether Ctrl-C came."""
-        with _interruptible(self._stop):
+        with interruptible(self._stop):
             if jobs == 1:
                 self._work()
             else:
@@ -142,7 +142,7 @@ class Runner:
 
 
 @contextmanager
-def _interruptible(stop: threading.Event) -> Iterator[None]:
+def interruptible(stop: threading.Event) -> Iterator[None]:
     """Have the first Ctrl-C set ``stop``, so that open trials finish; the second one interrupts."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -14,6 +15,7 @@ from optuna.samplers import BaseSampler
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known
+from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import record, trial_attributes, trial_values
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.storage import Values
@@ -29,6 +31,11 @@ MAKERS: dict[str, Callable[[int], BaseSampler]] = {
     "random": lambda seed: samplers.RandomSampler(seed=seed),
 }
 
+# Samplers of a higher room, imported when asked for: name -> a function of problem and seed.
+HIGHER = {"designer": "pkm_gym.agents.sampler:search_sampler"}
+
+SAMPLERS = (*MAKERS, *HIGHER)
+
 
 def check_sampler(name: str, objectives: int) -> None:
     """Refuse a sampler that is unknown, not installed, or made for one objective only.
@@ -36,9 +43,9 @@ def check_sampler(name: str, objectives: int) -> None:
     Raises:
         ValueError: in one sentence.
     """
-    check_known("sampler", [name], MAKERS)
-    if name == "cmaes" and objectives > 1:
-        raise ValueError("cmaes searches one objective: use tpe or nsga2 for several")
+    check_known("sampler", [name], SAMPLERS)
+    if name in ("cmaes", "designer") and objectives > 1:
+        raise ValueError(f"{name} searches one objective: use tpe or nsga2 for several")
     if name == "gp" and find_spec("torch") is None:
         raise ValueError("the sampler gp needs torch: pip install 'pkm_gym[agents]'")
 
@@ -58,6 +65,26 @@ def make_sampler(name: str, *, seed: int, start: int = 0, worker: int = 0) -> Ba
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExperimentalWarning)
         return MAKERS[name](own_seed)
+
+
+def sampler_for(
+    problem: DesignProblem, name: str, *, seed: int, start: int = 0, worker: int = 0
+) -> BaseSampler:
+    """Return what ``make_sampler`` returns, or a sampler that knows the problem.
+
+    Raises:
+        ValueError: if nothing was trained for the problem.
+    """
+    if name not in HIGHER:
+        return make_sampler(name, seed=seed, start=start, worker=worker)
+    sampler: BaseSampler = called(HIGHER[name], problem, seed)
+    return sampler
+
+
+def called(where: str, *arguments: Any) -> Any:
+    """Return the result of a function that is named "module:function"."""
+    module, _, function = where.partition(":")
+    return getattr(import_module(module), function)(*arguments)
 
 
 def values_for(sampler: str) -> Values:

@@ -28,7 +28,7 @@ from pkm_gym.studies.arguments import (
 from pkm_gym.studies.artifacts import Pictures, write_graphs, write_note
 from pkm_gym.studies.report import rich_table, rows_beside_paper
 from pkm_gym.studies.runner import Report, Runner, answer
-from pkm_gym.studies.samplers import MAKERS, check_sampler, make_sampler, values_for
+from pkm_gym.studies.samplers import SAMPLERS, check_sampler, sampler_for, values_for
 from pkm_gym.studies.starts import enqueue, warm_designs
 from pkm_gym.studies.storage import (
     artifact_folder,
@@ -97,12 +97,13 @@ def search(
 
     Args:
         problem: what is searched, with its task.
-        sampler: "tpe", "cmaes", "gp", "nsga2", "qmc" or "random".
+        sampler: "tpe", "cmaes", "gp", "nsga2", "qmc", "random", or "designer": a trained one.
         trials: the target total.
         seed: of the sampler.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
         name: of the study; problem and sampler by default.
-        warm_start: "paper", "grid" or names of studies in the storage, tried first.
+        warm_start: "paper", "grid", "designer:4" (the first four designs of a trained one) or names
+            of studies in the storage, tried first.
         batch: designs an ``evaluate``.
         jobs: threads.
         worker: number of this process among those that share the study.
@@ -116,6 +117,10 @@ def search(
     for what, number in (("trials", trials), ("batch", batch), ("jobs", jobs)):
         if number < 1:
             raise ValueError(f"{what} is {number}: it must be at least 1")
+    if sampler == "designer" and max(batch, jobs) > 1:
+        raise ValueError(
+            "the sampler designer proposes one design at a time: leave --batch and --jobs at 1"
+        )
     where, values = storage or default_storage(problem.name), values_for(sampler)
     with quiet():
         starts = [warm_designs(problem, source, where) for source in warm_start]
@@ -125,7 +130,7 @@ def search(
         )
         fail_stale(study)
         begun = len(study.get_trials(deepcopy=False))
-        study.sampler = make_sampler(sampler, seed=seed, start=begun, worker=worker)
+        study.sampler = sampler_for(problem, sampler, seed=seed, start=begun, worker=worker)
         if sampler == "cmaes" and begun == 0:
             # Its first trial belongs to no generation: let it be the mean of the first one.
             starts.insert(0, 0.5 * (problem.low + problem.high)[None])
@@ -153,7 +158,7 @@ def search(
 def command(
     name: Name,
     sampler: Annotated[
-        str, typer.Option(metavar="SAMPLER", help=f"One of {', '.join(MAKERS)}.")
+        str, typer.Option(metavar="SAMPLER", help=f"One of {', '.join(SAMPLERS)}.")
     ] = "tpe",
     trials: Annotated[
         int, typer.Option(metavar="N", min=1, help="How many finished trials the study shall have.")
@@ -176,9 +181,10 @@ def command(
     warm_start: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="paper|grid|STUDY",
-            help="Try these designs first: the printed one, or the best ten of the paper's grid "
-            "or of a study in the same storage. Repeat it for several.",
+            metavar="paper|grid|designer:N|STUDY",
+            help="Try these designs first: the printed one, the first N of a trained designer, or "
+            "the best ten of the paper's grid or of a study in the same storage. Repeat it for "
+            "several.",
         ),
     ] = None,
     batch: Annotated[

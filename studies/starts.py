@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,10 +12,12 @@ from optuna import Study
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.report import ranking
+from pkm_gym.studies.samplers import called
 from pkm_gym.studies.storage import designs_of, load_study, open_storage
 
 WARM_STARTS = 10  # how many designs of a grid or a study a warm start takes over
 STEP = 0.01  # of our grid, in the variables' own units, where the paper has none
+PROPOSALS = "pkm_gym.agents.sampler:proposals"  # of a trained designer: a higher room
 LARGEST = 1_000_000  # designs in a grid
 
 
@@ -67,7 +70,7 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
 
     Args:
         problem: what is searched.
-        source: "paper", "grid" or the name of a study.
+        source: "paper", "grid", "designer:N" or the name of a study.
         where: the storage of that study.
 
     Raises:
@@ -77,6 +80,8 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
         designs = problem.printed_design()[None]
     elif source == "grid":
         designs = grid_designs(problem)
+    elif match := re.fullmatch(r"designer:(\d+)", source):
+        return np.asarray(called(PROPOSALS, problem, int(match[1])))
     else:
         designs = designs_of(load_study(open_storage(where, create=False), source), problem)
     inside = designs[((designs >= problem.low) & (designs <= problem.high)).all(axis=1)]

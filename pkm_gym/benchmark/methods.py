@@ -36,6 +36,7 @@ METHODS = {
     "neighbours": "pkm_gym.benchmark.transfer:neighbours",
     "interpolated": "pkm_gym.benchmark.transfer:interpolated",
     "interpolated+cobyqa": "pkm_gym.benchmark.transfer:interpolated_cobyqa",
+    "designer": "pkm_gym.agents.opponents:designer",
     "neighbours+cmaes": "pkm_gym.studies.opponents:neighbours_cmaes",
     "neighbours+tpe": "pkm_gym.studies.opponents:neighbours_tpe",
 }

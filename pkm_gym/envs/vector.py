@@ -33,6 +33,9 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
     next one in the same step and puts the end of the last into ``final_obs`` and ``final_info``;
     "NextStep" opens it in the next step, whose action is ignored; "Disabled" leaves it to
     ``reset(options={"reset_mask": mask})``.
+
+    ``infos=False`` leaves everything but ``final_obs`` out of the infos, which take longer to write
+    than thousands of designs to evaluate.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         *,
         autoreset_mode: str | AutoresetMode = AutoresetMode.SAME_STEP,
         render_mode: str | None = None,
+        infos: bool = True,
         **arguments: Any,
     ) -> None:
         """Make the environments.
@@ -51,6 +55,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
             num_envs: number of sessions.
             autoreset_mode: "SameStep", "NextStep", "Disabled" or a member of ``AutoresetMode``.
             render_mode: "rgb_array" or None.
+            infos: whether a step says more than observations, rewards and flags.
             arguments: those of ``DesignEnv``.
 
         Raises:
@@ -67,6 +72,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.render_mode = render_mode
+        self.infos = infos
         self.metadata = {
             **one.metadata,
             "render_modes": ["rgb_array"],
@@ -114,7 +120,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         rows = np.flatnonzero(mask)
         self._open(rows, given)
         self._to_reset[rows] = False
-        return self._observations(), merge({}, reset_info(self.session, rows), rows, self.num_envs)
+        return self._observations(), self._reset_info({}, rows)
 
     def step(
         self, actions: npt.NDArray[Any]
@@ -131,7 +137,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
             raise ResetNeeded("a session is over or has not begun: call reset()")
         rewards = np.zeros(self.num_envs)
         evaluation, rewards[rows] = self.session.step(rows, moves[rows])
-        info = step_info(self.session, rows, evaluation)
+        info = step_info(self.session, rows, evaluation) if self.infos else {}
         ended = np.zeros(self.num_envs, dtype=np.bool_)
         ended[rows] = self.session.left[rows] == 0
         infos: Info = {}
@@ -144,7 +150,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
             self._to_reset = ended.copy()
         if len(opened):
             self._open(opened)
-            merge(infos, reset_info(self.session, opened), opened, self.num_envs)
+            self._reset_info(infos, opened)
         if len(rows):
             merge(infos, info, rows, self.num_envs)
         return self._observations(), rewards, ended, np.zeros_like(ended), infos
@@ -161,6 +167,11 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         generators = [self._seeded[row][0] for row in rows]
         self.session.open(rows, *self.opening.draw(generators, options))
 
+    def _reset_info(self, infos: Info, rows: Rows) -> Info:
+        if self.infos:
+            merge(infos, reset_info(self.session, rows), rows, self.num_envs)
+        return infos
+
     def _observations(self) -> Observation:
         return observe(self.problem, self.session.tasks, self.session)
 
@@ -173,8 +184,9 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         ended = np.zeros(self.num_envs, dtype=np.bool_)
         ended[rows] = True
         infos["final_obs"], infos["_final_obs"] = final, ended
-        infos["final_info"] = merge({}, info, rows, self.num_envs)
-        infos["_final_info"] = ended.copy()
+        if self.infos:
+            infos["final_info"] = merge({}, info, rows, self.num_envs)
+            infos["_final_info"] = ended.copy()
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
         if seed is None:

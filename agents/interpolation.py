@@ -1,0 +1,189 @@
+"""Interpolation: the optimal designs of a pool, continued to tasks that it doesn't hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import ACTIVE
+from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.envs.observation import scaled_tasks
+
+NEIGHBOUR = 3  # the fourth nearest point says how well an input is surrounded
+DISTANCE = 0.1  # a distance of 1 counts like a violation of this
+TINY = 1e-300
+LEAST_STRETCH = 1e-3  # of an input to which nothing reacts, beside that of the strongest one
+
+PART = (
+    "active", "points",
+    "designs.stretch", "designs.weights",
+    "constraints.stretch", "constraints.weights",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """Cubic radial basis functions and a linear polynomial through given points.
+
+    Attributes:
+        points: array (n, m), where the values are given.
+        stretch: array (m,), by which coordinates are multiplied before distances are taken.
+        weights: array (n + 1 + m, k), of the basis functions, the constant and the coordinates.
+    """
+
+    points: FloatArray
+    stretch: FloatArray
+    weights: FloatArray
+
+    @classmethod
+    def through(cls, points: FloatArray, values: FloatArray) -> Cubic:
+        """Return the interpolant of values (n, k) at points (n, m).
+
+        Each coordinate is stretched by how strongly the values react to it, so that points count
+        as near if their values are.
+        """
+        n, m = points.shape
+        slopes = np.linalg.lstsq(np.c_[np.ones(n), points], values)[0][1:]
+        size = np.linalg.norm(slopes, axis=1)
+        stretch = np.maximum(size / max(size.max(), TINY), LEAST_STRETCH)
+        nodes = points * stretch
+        polynomial = np.c_[np.ones(n), nodes]
+        matrix = np.block(
+            [[_cubes(nodes, nodes), polynomial], [polynomial.T, np.zeros((m + 1, m + 1))]]
+        )
+        right = np.vstack([values, np.zeros((m + 1, values.shape[1]))])
+        return cls(points, stretch, np.linalg.solve(matrix, right))
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the values (n, k) at points (n, m)."""
+        stretched = points * self.stretch
+        cubes = _cubes(stretched, self.points * self.stretch)
+        basis = np.c_[cubes, np.ones(len(points)), stretched]
+        values: FloatArray = basis @ self.weights
+        return values
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return how far points (n, m) lie from the given ones (n,): from the fourth nearest."""
+        cubes = _cubes(points * self.stretch, self.points * self.stretch)
+        fourth: FloatArray = np.cbrt(np.partition(cubes, NEIGHBOUR, axis=1)[:, NEIGHBOUR])
+        return fourth
+
+
+@dataclass(frozen=True)
+class Part:
+    """The tasks of a pool whose optima are held back by the same limits.
+
+    Attributes:
+        active: array (c,), the constraints among those limits.
+        designs: task -> optimal design, the box to 0...1.
+        constraints: task -> constraints there.
+    """
+
+    active: BoolArray
+    designs: Cubic
+    constraints: Cubic
+
+
+class Interpolation:
+    """What a pool says of the optimal design of any task.
+
+    As long as the same limits hold it back, an optimum moves smoothly with the task; where they
+    change, it bends. So the tasks of a pool are parted by the limits that are active at their
+    optima, the bounds of the box among them, and each part is interpolated by itself. A task gets
+    the design of the part whose other limits are predicted to hold, and whose tasks are near.
+    """
+
+    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
+        """Interpolate the solvable tasks of a pool."""
+        self.problem = problem
+        kept = pool.solvable
+        points = self._points(pool.tasks[kept])
+        places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
+        constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
+        active = constraints > -ACTIVE
+        limits = np.c_[active, places < ACTIVE, places > 1.0 - ACTIVE]
+        self.parts = [
+            Part(
+                active=active[rows[0]],
+                designs=Cubic.through(points[rows], places[rows]),
+                constraints=Cubic.through(points[rows], np.clip(constraints[rows], -1.0, 1.0)),
+            )
+            for rows in _parted(limits, least=2 * (points.shape[1] + 1))
+        ]
+
+    @classmethod
+    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
+        """Return the interpolation of what ``tensors()`` returned."""
+        made = cls.__new__(cls)
+        made.problem = problem
+        made.parts = []
+        while (at := f"starts.{len(made.parts)}.") + "points" in tensors:
+            part = {name: tensors[at + name] for name in PART}
+            made.parts.append(
+                Part(
+                    part["active"],
+                    Cubic(part["points"], part["designs.stretch"], part["designs.weights"]),
+                    Cubic(part["points"], part["constraints.stretch"], part["constraints.weights"]),
+                )
+            )
+        return made
+
+    def tensors(self) -> dict[str, Any]:
+        """Return all arrays by name, for a file."""
+        return {
+            f"starts.{i}.{name}": np.ascontiguousarray(array)
+            for i, part in enumerate(self.parts)
+            for name, array in zip(
+                PART,
+                (
+                    part.active, part.designs.points,
+                    part.designs.stretch, part.designs.weights,
+                    part.constraints.stretch, part.constraints.weights,
+                ),
+                strict=True,
+            )
+        }  # fmt: skip
+
+    def designs(self, tasks: FloatArray) -> FloatArray:
+        """Return the designs (n, d) for packed tasks (n, m), clipped to the box."""
+        points = self._points(tasks)
+        places = np.array([part.designs(points) for part in self.parts])
+        doubts = [
+            _doubt(part, points, place) for part, place in zip(self.parts, places, strict=True)
+        ]
+        chosen = places[np.argmin(doubts, axis=0), np.arange(len(tasks))]
+        low, high = self.problem.low, self.problem.high
+        return low + (high - low) * np.clip(chosen, 0.0, 1.0)
+
+    def _points(self, tasks: FloatArray) -> FloatArray:
+        drawn = [variable.drawn for variable in self.problem.task_variables]
+        return scaled_tasks(self.problem, tasks)[:, drawn]
+
+
+def _parted(limits: BoolArray, least: int) -> Iterator[npt.NDArray[np.intp]]:
+    """Yield the rows of each pattern (n, limits) that at least so many share, the largest first."""
+    _, pattern, counts = np.unique(limits, axis=0, return_inverse=True, return_counts=True)
+    order = [at for at in np.argsort(-counts) if counts[at] >= least]
+    if not order:
+        yield np.arange(len(limits))
+    for at in order:
+        yield np.flatnonzero(pattern == at)
+
+
+def _doubt(part: Part, points: FloatArray, places: FloatArray) -> FloatArray:
+    """Return how doubtful a part is for each task (n,): its predicted violation, its distance."""
+    constraints = part.constraints(points)[:, ~part.active]
+    bounds = np.maximum(-places, places - 1.0)
+    broken = np.maximum(0.0, np.c_[constraints, bounds].max(axis=1))
+    return broken + DISTANCE * part.designs.distance(points)
+
+
+def _cubes(points: FloatArray, nodes: FloatArray) -> FloatArray:
+    squares = (points**2).sum(axis=1)[:, None] + (nodes**2).sum(axis=1) - 2.0 * points @ nodes.T
+    return np.maximum(squares, 0.0) ** 1.5

@@ -1,0 +1,101 @@
+"""Network: the small fully connected net of a trained agent, in NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pkm_gym.core.names import check_known
+
+Array = npt.NDArray[np.float32]
+
+
+def _silu(x: Array) -> Array:
+    half: Array = 0.5 * x  # x / (1 + exp(-x)), without an overflow
+    return half + half * np.tanh(half)
+
+
+ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
+    "relu": lambda x: np.maximum(x, 0.0),
+    "silu": _silu,
+    "tanh": np.tanh,
+}
+
+
+@dataclass(frozen=True)
+class Network:
+    """Observations in, the agent's best actions out.
+
+    Attributes:
+        layers: (weights (out, in), biases (out,)) of each layer, float32.
+        activation: between the layers: "relu", "silu" or "tanh".
+        squashed: whether the output goes through tanh; otherwise it is clipped to [-1, 1].
+    """
+
+    layers: tuple[tuple[Array, Array], ...]
+    activation: str
+    squashed: bool
+
+    def __post_init__(self) -> None:
+        """Refuse an unknown activation.
+
+        Raises:
+            ValueError: with the closest match.
+        """
+        check_known("activation", [self.activation], ACTIVATIONS)
+
+    def __call__(self, observations: Array) -> Array:
+        """Return the actions (n, d) in [-1, 1] for observations (n, size)."""
+        activate = ACTIVATIONS[self.activation]
+        values = observations
+        for weights, biases in self.layers[:-1]:
+            values = activate(values @ weights.T + biases)
+        weights, biases = self.layers[-1]
+        values = values @ weights.T + biases
+        return np.tanh(values) if self.squashed else np.clip(values, -1.0, 1.0)
+
+    def tensors(self) -> dict[str, Array]:
+        """Return weights and biases by name, for a file."""
+        return {
+            f"{i}.{name}": array
+            for i, layer in enumerate(self.layers)
+            for name, array in zip(("weight", "bias"), layer, strict=True)
+        }
+
+    @classmethod
+    def of_tensors(
+        cls, tensors: Mapping[str, Array], *, activation: str, squashed: bool
+    ) -> Network:
+        """Return the network of what ``tensors()`` returned."""
+        count = len(tensors) // 2
+        layers = tuple((tensors[f"{i}.weight"], tensors[f"{i}.bias"]) for i in range(count))
+        return cls(layers, activation, squashed)
+
+    @classmethod
+    def of_model(cls, model: Any) -> Network:
+        """Return the network that an SB3 model acts with when it doesn't explore."""
+        from torch import nn
+
+        policy = model.policy
+        if hasattr(policy, "action_net"):  # PPO
+            modules = [*policy.mlp_extractor.policy_net, policy.action_net]
+        elif hasattr(policy.actor, "latent_pi"):  # SAC, TQC
+            modules = [*policy.actor.latent_pi, policy.actor.mu]
+        else:  # TD3
+            modules = list(policy.actor.mu)
+        layers = tuple(
+            (_array(module.weight), _array(module.bias))
+            for module in modules
+            if isinstance(module, nn.Linear)
+        )
+        names = {type(module).__name__.lower() for module in modules[1:2]}
+        return cls(layers, names.pop(), squashed=not hasattr(policy, "action_net"))
+
+
+def _array(tensor: Any) -> Array:
+    array: Array = tensor.detach().cpu().numpy().copy()
+    return array

@@ -1,0 +1,31 @@
+"""The shipped designers as methods of the benchmark."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pkm_gym.agents.designer import Designer
+from pkm_gym.agents.library import designer_for
+from pkm_gym.benchmark.evaluator import Evaluator
+from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+
+ONLY = np.arange(1)
+
+
+@method(knowledge="transfer")
+def designer(problem: DesignProblem, _pool: Pool | None) -> Search:
+    """Ask the shipped designer of the problem, until its own budget is spent."""
+    return session_search(designer_for(problem))
+
+
+def session_search(trained: Designer) -> Search:
+    """Return the search that evaluates what a designer proposes."""
+
+    def search(evaluator: Evaluator) -> None:
+        session = trained.open(evaluator.task[None])
+        while session.left[0]:
+            session.record(ONLY, evaluator.evaluate(trained.propose(session)))
+
+    return search

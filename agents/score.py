@@ -1,0 +1,87 @@
+"""``pkm-gym agent-eval``: trained agents by the benchmark's protocol."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from pkm_gym.agents.designer import Designer
+from pkm_gym.agents.library import load_designer
+from pkm_gym.agents.models import load_model
+from pkm_gym.benchmark.record import EvaluationLog
+from pkm_gym.benchmark.run import setting
+from pkm_gym.benchmark.splits import load_split
+from pkm_gym.benchmark.standings import standings
+from pkm_gym.core.names import check_known
+from pkm_gym.studies.search import own_command
+from pkm_gym.studies.standings import show
+from pkm_gym.studies.terminal import console
+
+SCORED = ("val", "ood", "test")
+
+
+def command(
+    models: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="MODEL ...",
+            help="A shipped designer's name, a run's folder, a .json file, or with --trust an "
+            "SB3 .zip. Several count as training seeds of one designer.",
+        ),
+    ],
+    split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE.npz", help="Keep the log of the first."),
+    ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
+    ] = False,
+    env: Annotated[
+        str | None,
+        typer.Option(metavar="ENV", help="Where a .zip was trained.", show_default=False),
+    ] = None,
+    algo: Annotated[str, typer.Option(metavar="ALGORITHM", help="What trained a .zip.")] = "ppo",
+) -> None:
+    """Score trained agents on tasks that they never saw.
+
+    Tune on val only; test is for what is published.
+    """
+    check_known("split", [split], SCORED)
+    designers = [
+        load_model(model, trust=trust, env_id=env, algorithm=algo)
+        if model.endswith(".zip")
+        else load_designer(model)
+        for model in models
+    ]
+    logs = record(designers, split, own_command())
+    if output:
+        logs[0].save(output)
+    show(console(), standings(logs))
+
+
+def record(designers: Sequence[Designer], split: str, command: str) -> list[EvaluationLog]:
+    """Return the logs of designers of one problem on a split; they count as training seeds.
+
+    Raises:
+        ValueError: for designers of other problems, or a problem that the benchmark doesn't have.
+    """
+    name = designers[0].problem.name
+    problem, tasks = load_split(name, split)
+    logs = []
+    for seed, designer in enumerate(designers):
+        if designer.problem.hash() != problem.hash():
+            raise ValueError(f"agent {seed + 1} designs for another problem than {name}'s split")
+        how = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
+        began = time.perf_counter()
+        designs = designer.design(tasks.tasks).designs
+        seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))
+        rows = np.arange(len(tasks), dtype=np.int64)
+        logs.append(EvaluationLog(how, rows, designs, seconds, version("pkm_gym"), command))
+    return logs

@@ -1,0 +1,69 @@
+"""Small training runs: seconds long, on the Diamond's Family or on one of its variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+import pkm_gym
+from pkm_gym.agents.designer import Centre, Designer
+from pkm_gym.agents.lessons import Lessons, prepare
+from pkm_gym.agents.network import Network
+from pkm_gym.agents.recipe import read_recipe
+from pkm_gym.agents.runs import Run
+from pkm_gym.envs.observation import observation_layout
+from pkm_gym.envs.rules import Rules
+
+SMALL = {
+    "ppo": ["algorithm.n_steps=12", "algorithm.batch_size=48"],
+    "sac": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+    "td3": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+    "tqc": ["algorithm.learning_starts=60", "algorithm.buffer_size=1000"],
+}
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> None:
+    """Results are equal to the bit on one thread only."""
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
+def small(tmp_path) -> Callable[..., tuple[Run, Lessons]]:
+    """A function that prepares a run of a few hundred steps on the Diamond's ``gap``."""
+
+    def prepared(
+        algorithm: str = "ppo", *settings: str, env_id: str = "PKM/Diamond-v0", **given: Any
+    ) -> tuple[Run, Lessons]:
+        own = ["envs=8", "checkpoints=2", "policy.net_arch=[16,16]", "environment.free=['gap']"]
+        recipe = read_recipe(
+            algorithm, env_id, settings=[*own, *SMALL[algorithm], *settings],
+            **{"steps": 384, **given},
+        )  # fmt: skip
+        folder = tmp_path / f"{algorithm}-{len(list(tmp_path.iterdir()))}"
+        run = Run(env_id, algorithm, 7, recipe, None, None, folder, "a test")
+        run.write()
+        return run, prepare(run.env_id, recipe, folder, pool=None, validation=None)
+
+    return prepared
+
+
+@pytest.fixture
+def untrained() -> Callable[..., Designer]:
+    """A function that returns a designer of the Diamond with random weights."""
+
+    def made(name: str = "diamond", **rules: Any) -> Designer:
+        problem = pkm_gym.make_problem(name)
+        size, d = observation_layout(problem)["step_size"].stop, len(problem.low)
+        rng = np.random.default_rng(3)
+        layers = tuple(
+            (rng.normal(0.0, 0.3, shape).astype(np.float32), np.zeros(shape[0], np.float32))
+            for shape in ((16, size), (16, 16), (d, 16))
+        )
+        return Designer(problem, Rules(**rules), Network(layers, "silu", False), Centre(problem))
+
+    return made

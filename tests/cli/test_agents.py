@@ -1,0 +1,111 @@
+"""The agents' verbs: train, resume, design, zoo, agent-eval, the sampler."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pkm_gym.agents.library import shipped
+from pkm_gym.benchmark.splits import split_path
+
+TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",
+         "policy.net_arch=[8]", "algorithm.n_steps=12", "algorithm.batch_size=48")  # fmt: skip
+FOLDER = "runs/agents/Diamond-v0-ppo-0"
+
+SHIPPED = pytest.mark.skipif("DiamondFamily" not in shipped(), reason="no designer is shipped")
+SPLIT = pytest.mark.skipif(not split_path("diamond", "val").exists(), reason="no split is shipped")
+
+
+@pytest.fixture
+def trained(run) -> str:
+    result = run(*TRAIN)
+    assert result.exit_code == 0, result.stderr
+    assert "best score" in result.stdout
+    return FOLDER
+
+
+@pytest.mark.usefixtures("trained")
+def test_a_finished_run_is_not_overwritten(refused):
+    assert "holds a run: go on with --resume" in refused(*TRAIN)
+
+
+@pytest.mark.usefixtures("trained")
+def test_a_finished_run_resumes_at_its_end(run):
+    result = run(*TRAIN, "--resume")
+    assert result.exit_code == 0, result.stderr
+
+
+def test_a_run_of_other_settings_is_not_resumed(trained, refused):
+    assert "holds a run of another seed: 0 there" in refused(
+        *TRAIN, "--seed", 1, "-o", trained, "--resume"
+    )
+    assert "holds no run to resume" in refused(*TRAIN, "-o", "elsewhere", "--resume")
+
+
+def test_an_unknown_environment_is_refused(refused):
+    assert "did you mean 'PKM/Diamond-v0'?" in refused("train", "PKM/Daimond-v0")
+    assert "CartPole-v1 is no design environment" in refused("train", "CartPole-v1")
+
+
+def test_a_trained_agent_designs(trained, run):
+    result = run("design", "diamond", "--model", trained, "--json", "--set", "task.b=1.0")
+    assert result.exit_code == 0, result.stderr
+    content = json.loads(result.stdout)
+    assert content["task"]["b"] == 1.0
+    assert np.shape(content["session"]["designs"]) == (12, 3)
+    assert content["polish"]["log_merit_gain"] >= 0.0
+
+
+def test_a_trained_agent_shows_its_session(trained, run, tmp_path):
+    result = run("design", "diamond", "--model", trained, "--budget", 3)
+    assert result.exit_code == 0, result.stderr
+    assert "the answer of a trained designer after 3 evaluations" in result.stdout
+    assert "a local polish moved the answer by" in result.stdout
+    assert (tmp_path / "runs/diamond/design.png").stat().st_size > 10_000
+
+
+def test_a_task_beyond_the_training_range_is_remarked(trained, run):
+    result = run("design", "diamond", "--model", trained, "--set", "task.b=1.5")
+    assert "it was not trained on such b" in result.stdout
+
+
+def test_a_designer_of_another_problem_is_refused(trained, refused):
+    assert "is a designer of another problem than spr3" in refused(
+        "design", "spr3", "--model", trained
+    )
+    assert "unknown designer 'nothing'" in refused("design", "diamond", "--model", "nothing")
+
+
+def test_several_designs_at_a_time_are_refused(refused):
+    sentence = refused("search", "diamond", "--sampler", "designer", "--batch", 4)
+    assert "proposes one design at a time" in sentence
+
+
+def test_a_zip_is_not_unpickled_without_trust(refused):
+    assert "--trust" in refused("agent-eval", "model.zip")
+
+
+@SPLIT
+def test_a_trained_agent_is_scored(trained, run, tmp_path):
+    result = run("agent-eval", trained, "-o", "log.npz")
+    assert result.exit_code == 0, result.stderr
+    assert "diamond, val" in result.stdout
+    assert (tmp_path / "log.npz").exists()
+
+
+@SHIPPED
+def test_the_shipped_designers_are_listed(run):
+    result = run("zoo")
+    assert result.exit_code == 0, result.stderr
+    assert all(name in result.stdout for name in shipped())
+
+
+@SHIPPED
+def test_a_shipped_designer_designs_and_searches(run):
+    result = run("design", "diamond", "--json")
+    assert json.loads(result.stdout)["feasible"]
+    result = run("search", "diamond", "--sampler", "designer", "--trials", 13, "--warm-start",
+                 "designer:2")  # fmt: skip
+    assert result.exit_code == 0, result.stderr
