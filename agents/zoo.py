@@ -37,7 +37,7 @@ def command(
         screen.print(f"taken in: {take_in(add)}", soft_wrap=True)
     heads = [f"k = {k}" for k in AT]
     numbers = ["budget", "steps", *heads, "kB"]
-    rows = table("designer", "mechanism", *numbers, numbers=numbers)
+    rows = table("designer", "problem", *numbers, numbers=numbers)
     for name, path in shipped().items():
         designer, origin = read_designer(path)
         regrets = origin.recorded["regrets"]

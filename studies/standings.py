@@ -24,6 +24,8 @@ from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after, standing
 from pkm_gym.studies.report import whole_file
 from pkm_gym.studies.terminal import FAINT, console, section, table
 
+PER_CENT = 100.0
+SMALL = 0.01  # per cent: what is below is written with an exponent where there's little room
 SHORT = (1, 4, 12, 60, 300)  # evaluations in the Markdown table
 AGAINST = (12, 120, 300)  # evaluations of the others in a paired comparison
 
@@ -89,9 +91,7 @@ def _medians(entries: Sequence[Entry]) -> Any:
     counts = [k for k in AT if any(entry.has(k) for entry in entries)]
     lines = table("median after", *map(str, counts), numbers=list(map(str, counts)))
     for entry in entries:
-        lines.add_row(
-            entry.name, *(percent(entry.median(k)) if entry.has(k) else "" for k in counts)
-        )
+        lines.add_row(entry.name, *(brief(entry.median(k)) if entry.has(k) else "" for k in counts))
     return lines
 
 
@@ -158,7 +158,14 @@ def percent(regret: float) -> str:
     """Return a regret as people read it, in per cent; "none" where nothing feasible was found."""
     if not np.isfinite(regret):
         return "none"
-    return "0" if regret <= 0.0 else f"{100 * regret:.2g}"
+    return "0" if regret <= 0.0 else f"{PER_CENT * regret:.2g}"
+
+
+def brief(regret: float) -> str:
+    """Return what ``percent`` does in at most five characters, for a row of nine."""
+    text = percent(regret)
+    small = np.isfinite(regret) and 0.0 < PER_CENT * regret < SMALL
+    return f"{PER_CENT * regret:.0e}".replace("e-0", "e-") if small else text
 
 
 def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
