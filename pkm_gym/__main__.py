@@ -28,6 +28,7 @@ VERBS = {
     "compare": ("pkm_gym.studies.compare:command", "Compare searches with the paper's optimum."),
     "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
+    "twin-check": ("pkm_gym.studies.twin_check:command", "Compare the models with MuJoCo."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
 }
 
