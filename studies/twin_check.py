@@ -46,7 +46,7 @@ def command(
     """
     check_known("mechanism", [name], (*problems(), ALL))
     names = machines() if name == ALL else (name,)
-    rows = []
+    rows: list[Row] = []
     with _bar(console(), len(names) * (designs + 1), shown=not as_json) as progress:
         for each in names:
             rows += _check(each, designs, seed, progress)
@@ -99,13 +99,18 @@ def _show(screen: Console, rows: Iterable[Row], designs: int) -> None:
 
 
 def _table(rows: Iterable[Row]) -> Table:
-    shown = table("mechanism", "quantity", "worst", "limit", "unit", "", "where",
-                  numbers=("worst", "limit"))  # fmt: skip
+    numbers = ("worst", "limit")
+    shown = table("mechanism", "quantity", "worst", "limit", "unit", "", "at", numbers=numbers)
     for row in rows:
         limit = "" if row.limit is None else f"{row.limit:.0e}"
         verdict = Text("holds", style=GOOD) if row.holds else Text("broken", style=BAD)
         shown.add_row(
-            row.mechanism, row.quantity, f"{row.worst:.1e}", limit, row.unit or "of largest",
-            verdict if limit else "", Text(row.where, style=FAINT),
-        )  # fmt: skip
+            row.mechanism,
+            row.quantity,
+            f"{row.worst:.1e}",
+            limit,
+            row.unit or "of largest",
+            verdict if limit else "",
+            Text(row.where, style=FAINT),
+        )
     return shown

@@ -1,4 +1,4 @@
-"""What the mechanisms' MuJoCo twins share: solver settings, loops, drives, and the stage they are on.
+"""What the mechanisms' MuJoCo twins share: solver settings, loops, drives, and their stage.
 
 Every twin stands in a body ``machine`` whose frame is the mechanism's own, marked by the site
 ``origin``; the site ``tcp`` is the point whose velocity is the mechanism's twist. Each joint that
@@ -26,7 +26,7 @@ COLORS: dict[str, tuple[tuple[float, float, float], float, float]] = {  # rgb, s
     "platform": ((0.92, 0.58, 0.06), 0.6, 0.0),
     "floor": ((1.0, 1.0, 1.0), 0.1, 0.08),
 }
-BANDWIDTH = 250.0  # rad/s, of the servos
+BANDWIDTH = 150.0  # rad/s, of the servos
 FIELD_OF_VIEW = 24.0  # deg, of the camera
 ALUMINIUM, STEEL = 2700.0, 7850.0  # kg/m^3
 
@@ -175,7 +175,10 @@ def add_stage(
         quat=quaternion(np.stack([right, np.cross(away, right), away], axis=-1)),
         fovy=FIELD_OF_VIEW,
     )
-    for toward, strength, shadow in (((0.6, -0.7, 2.2), 0.62, True), ((-1.5, -1.2, 1.0), 0.22, False)):
+    for toward, strength, shadow in (
+        ((0.6, -0.7, 2.2), 0.62, True),
+        ((-1.5, -1.2, 1.0), 0.22, False),
+    ):
         world.add_light(
             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
             pos=middle + 1.5 * size * np.asarray(toward),
@@ -193,7 +196,9 @@ def add_stage(
     spec.stat.center, spec.stat.extent = middle, size
 
 
-def add_bar(body: Any, ends: Sequence[Sequence[float]], radius: float, color: str, **more: Any) -> None:
+def add_bar(
+    body: Any, ends: Sequence[Sequence[float]], radius: float, color: str, **more: Any
+) -> None:
     """Add a round bar between two points (3,) of the body's frame; without mass by itself."""
     _add_geom(body, mujoco.mjtGeom.mjGEOM_CAPSULE, ends, radius, color, more)
 

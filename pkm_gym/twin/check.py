@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.types import FloatArray
 from pkm_gym.core.twin import Course
+from pkm_gym.core.types import FloatArray
 from pkm_gym.twin.model import Twin
 
 POSES = 4  # random ones a machine, beside the corners of its workspace
@@ -29,8 +29,9 @@ class Row:
         worst: the largest error, in ``unit``.
         limit: what it must not exceed; None where it is only reported.
         unit: unit of both; "" for a share of the largest value.
-        where: the pose of the worst, and the design.
+        where: the pose of the worst.
         solver: MuJoCo's settings.
+        design: the design of the worst, by variable; empty if a machine was given.
     """
 
     mechanism: str
@@ -40,6 +41,7 @@ class Row:
     unit: str
     where: str
     solver: str
+    design: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def holds(self) -> bool:
@@ -99,8 +101,7 @@ def check_designs(
         for row in check(problem.mechanism(design)):
             kept = worst.get(row.quantity)
             if kept is None or not row.worst <= kept.worst:
-                named = ", ".join(f"{k} {v:.4g}" for k, v in problem.named(design).items())
-                worst[row.quantity] = replace(row, where=f"{row.where} of {named}")
+                worst[row.quantity] = replace(row, design=problem.named(design))
         progress()
     return tuple(worst.values())
 
@@ -133,7 +134,7 @@ def _row(twin: Twin, errors: Errors) -> Row:
         float(errors.values[at]),
         errors.limit,
         errors.unit,
-        ", ".join(f"{name} {value:.4g}" for name, value in pose),
+        ", ".join(f"{name} {round(value, 9):.3g}" for name, value in pose),
         str(twin.module.SOLVER),
     )
 
@@ -166,9 +167,7 @@ def _settled(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
 
 
 def _rates(twin: Twin, course: Course) -> Errors:
-    analytic = np.einsum(
-        "nij,nj->ni", twin.mechanism.inverse_jacobian(course.poses), course.twists
-    )
+    analytic = np.einsum("nij,nj->ni", twin.mechanism.inverse_jacobian(course.poses), course.twists)
     rates = np.empty_like(analytic)
     for k, coordinates in enumerate(twin.coordinates(course.poses)):
         twin.place(coordinates)

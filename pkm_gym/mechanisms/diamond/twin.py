@@ -192,9 +192,7 @@ def _draw_base(base: mujoco.MjsBody, machine: Diamond, thick: float) -> None:
         add_cylinder(base, [(x, 0, -0.75 * thick), (x, 0, 0.75 * thick)], 0.7 * thick, "metal")
 
 
-def _draw_limb(
-    arm: mujoco.MjsBody, rod: mujoco.MjsBody, machine: Diamond, thick: float
-) -> None:
+def _draw_limb(arm: mujoco.MjsBody, rod: mujoco.MjsBody, machine: Diamond, thick: float) -> None:
     far, width = machine.l1, 1.15 * thick
     add_bar(arm, [(0, 0, 0), (far, 0, 0)], 0.6 * thick, "arm")
     add_cylinder(arm, [(0, 0, -0.85 * thick), (0, 0, 0.85 * thick)], 1.05 * thick, "arm")
@@ -202,7 +200,9 @@ def _draw_limb(
     for z in (-width, width):
         add_bar(rod, [(0, 0, z), (machine.l2, 0, z)], 0.2 * thick, "rod")
         for x in (0.0, machine.l2):
-            add_cylinder(rod, [(x, 0, z - 0.3 * thick), (x, 0, z + 0.3 * thick)], 0.5 * thick, "rod")
+            add_cylinder(
+                rod, [(x, 0, z - 0.3 * thick), (x, 0, z + 0.3 * thick)], 0.5 * thick, "rod"
+            )
 
 
 def _draw_platform(platform: mujoco.MjsBody, thick: float) -> None:

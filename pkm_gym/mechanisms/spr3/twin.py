@@ -32,7 +32,7 @@ from pkm_gym.mechanisms.spr3.mechanism import Spr3
 from pkm_gym.mechanisms.spr3.path import GatePath, largest_cylinder, motion
 from pkm_gym.mechanisms.spr3.problem import REFERENCE
 
-SOLVER = Solver(timestep=5e-4, solref=(2e-3, 1.0))
+SOLVER = Solver(timestep=2.5e-4, solref=(1e-3, 1.0))
 AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the moving one
 AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i
 TANGENTS = np.stack([-np.asarray(SIN), COS, np.zeros(3)], axis=-1)  # t_i
@@ -175,9 +175,7 @@ def _draw_platform(platform: mujoco.MjsBody, radius: float, thick: float) -> Non
     add_cylinder(platform, [(0, 0, 4.0 * thick), (0, 0, 5.5 * thick)], 0.35 * thick, "base")
 
 
-def _draw_leg(
-    rod: mujoco.MjsBody, cylinder: mujoco.MjsBody, machine: Spr3, thick: float
-) -> None:
+def _draw_leg(rod: mujoco.MjsBody, cylinder: mujoco.MjsBody, machine: Spr3, thick: float) -> None:
     add_cylinder(rod, [(0, -0.6 * thick, 0), (0, 0.6 * thick, 0)], 0.8 * thick, "rod")
     add_bar(rod, [(0, 0, 0), (0, 0, CYLINDER * machine.q_min)], 0.5 * thick, "metal", density=STEEL)
     long = -CYLINDER * machine.q_min
