@@ -29,12 +29,17 @@ VERBS = {
     "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
     "twin-check": ("pkm_gym.studies.twin_check:command", "Compare the models with MuJoCo."),
+    "picture": ("pkm_gym.studies.camera:picture", "Photograph a design with MuJoCo."),
+    "movie": ("pkm_gym.studies.camera:movie", "Film a design on the paper's path."),
+    "export": ("pkm_gym.studies.camera:export", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
 }
 
 # module -> the extra that brings it
 EXTRAS = {
     "cmaes": "studies",
+    "imageio": "movies",
+    "imageio_ffmpeg": "movies",
     "netCDF4": "studies",
     "optuna": "studies",
     "optuna_dashboard": "studies",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -48,3 +50,20 @@ def listing(values: Mapping[str, tuple[float, str]]) -> Table:
 def section(title: str) -> Text:
     """Return the line above a part of the output."""
     return Text(f"\n{title}", style=HEAD)
+
+
+@contextmanager
+def counting(screen: Console, doing: str, total: int, what: str) -> Iterator[Callable[[], None]]:
+    """Give a function that moves a bar by one; the bar shows on a terminal only."""
+    bar = Progress(
+        TextColumn(doing),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn(what),
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+    )
+    line = bar.add_task("", total=total)
+    with bar:
+        yield lambda: bar.advance(line)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problems
-from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, section, table
+from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, counting, section, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,7 +45,8 @@ def command(
     check_known("mechanism", [name], (*problems(), ALL))
     names = machines() if name == ALL else (name,)
     rows: list[Row] = []
-    with _bar(console(), len(names) * (designs + 1), shown=not as_json) as progress:
+    screen = Console(stderr=True) if as_json else console()
+    with counting(screen, "checking twins", len(names) * (designs + 1), "designs") as progress:
         for each in names:
             rows += _check(each, designs, seed, progress)
     if as_json:
@@ -77,17 +76,6 @@ def _check(name: str, designs: int, seed: int, progress: Callable[[], None]) -> 
         problem.printed_design()[None], random_designs(problem, designs, seed)
     ])  # fmt: skip
     return check_designs(problem, chosen, progress)
-
-
-@contextmanager
-def _bar(screen: Console, total: int, *, shown: bool) -> Iterator[Callable[[], None]]:
-    bar = Progress(
-        TextColumn("checking twins"), BarColumn(), MofNCompleteColumn(), TextColumn("designs"),
-        console=screen, transient=True, disable=not (shown and screen.is_terminal),
-    )  # fmt: skip
-    line = bar.add_task("", total=total)
-    with bar:
-        yield lambda: bar.advance(line)
 
 
 def _show(screen: Console, rows: Iterable[Row], designs: int) -> None:

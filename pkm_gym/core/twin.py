@@ -24,8 +24,9 @@ COLORS: dict[str, tuple[tuple[float, float, float], float, float]] = {  # rgb, s
     "rod": ((0.36, 0.56, 0.74), 0.7, 0.0),
     "metal": ((0.78, 0.79, 0.81), 1.0, 0.0),
     "platform": ((0.92, 0.58, 0.06), 0.6, 0.0),
-    "floor": ((1.0, 1.0, 1.0), 0.1, 0.08),
+    "floor": ((0.93, 0.94, 0.95), 0.0, 0.0),
 }
+LIGHTS = (((-0.5, -0.8, 1.9), 0.42, True), ((1.6, -0.9, 0.9), 0.2, False))  # towards it, strength
 BANDWIDTH = 150.0  # rad/s, of the servos
 FIELD_OF_VIEW = 24.0  # deg, of the camera
 ALUMINIUM, STEEL = 2700.0, 7850.0  # kg/m^3
@@ -151,15 +152,15 @@ def add_stage(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.97, 0.98, 1.0],
-        rgb2=[0.80, 0.84, 0.88],
-        width=256,
-        height=1536,
+        rgb1=[0.80, 0.86, 0.93],
+        rgb2=[0.97, 0.98, 0.99],
+        width=512,
+        height=3072,
     )
     world.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[10.0 * size, 10.0 * size, 0.1],
+        size=[0.0, 0.0, 0.1],
         material="floor",
         contype=0,
         conaffinity=0,
@@ -175,43 +176,41 @@ def add_stage(
         quat=quaternion(np.stack([right, np.cross(away, right), away], axis=-1)),
         fovy=FIELD_OF_VIEW,
     )
-    for toward, strength, shadow in (
-        ((0.6, -0.7, 2.2), 0.62, True),
-        ((-1.5, -1.2, 1.0), 0.22, False),
-    ):
+    for toward, strength, shadow in LIGHTS:
         world.add_light(
             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
             pos=middle + 1.5 * size * np.asarray(toward),
             dir=-np.asarray(toward),
             diffuse=[strength] * 3,
-            specular=[0.4 * strength] * 3,
+            specular=[0.5 * strength] * 3,
             castshadow=shadow,
         )
-    spec.visual.headlight.ambient = [0.34] * 3
-    spec.visual.headlight.diffuse = [0.18] * 3
-    spec.visual.headlight.specular = [0.0] * 3
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = 3840, 2880
-    spec.visual.quality.shadowsize = 8192
-    spec.visual.quality.offsamples = 8
+    visual = spec.visual
+    visual.headlight.ambient = [0.46] * 3
+    visual.headlight.diffuse = [0.16] * 3
+    visual.headlight.specular = [0.0] * 3
+    visual.rgba.haze = [0.97, 0.98, 0.99, 1.0]
+    visual.map.haze = 0.5
+    visual.map.shadowclip = 2.0
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1440
+    visual.quality.shadowsize = 8192
+    visual.quality.offsamples = 8
+    visual.quality.numslices = 64
     spec.stat.center, spec.stat.extent = middle, size
 
 
-def add_bar(
-    body: Any, ends: Sequence[Sequence[float]], radius: float, color: str, **more: Any
-) -> None:
+def add_bar(body: Any, ends: Sequence[Any], radius: float, color: str, **more: Any) -> None:
     """Add a round bar between two points (3,) of the body's frame; without mass by itself."""
     _add_geom(body, mujoco.mjtGeom.mjGEOM_CAPSULE, ends, radius, color, more)
 
 
-def add_cylinder(
-    body: Any, ends: Sequence[Sequence[float]], radius: float, color: str, **more: Any
-) -> None:
+def add_cylinder(body: Any, ends: Sequence[Any], radius: float, color: str, **more: Any) -> None:
     """Add a cylinder between the centres (3,) of its faces; without mass by itself."""
     _add_geom(body, mujoco.mjtGeom.mjGEOM_CYLINDER, ends, radius, color, more)
 
 
 def _add_geom(
-    body: Any, kind: Any, ends: Sequence[Sequence[float]], radius: float, color: str, more: Any
+    body: Any, kind: Any, ends: Sequence[Any], radius: float, color: str, more: Any
 ) -> None:
     fromto = np.concatenate([np.asarray(end, dtype=float) for end in ends])
     body.add_geom(

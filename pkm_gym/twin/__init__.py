@@ -1,1 +1,22 @@
-"""MuJoCo twins: a second engine for every mechanism that has a ``twin.py``, and its camera."""
+"""MuJoCo twins: a second engine for every mechanism that has a ``twin.py``, and its camera.
+
+Without a screen, MuJoCo draws through EGL where there is one; the environment variable MUJOCO_GL
+says otherwise. MuJoCo reads it when it is imported, which this package does after it.
+"""
+
+import ctypes
+import os
+import sys
+
+
+def _draw_without_screen() -> None:
+    if sys.platform != "linux" or any(os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY")):
+        return
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return
+    os.environ.setdefault("MUJOCO_GL", "egl")
+
+
+_draw_without_screen()

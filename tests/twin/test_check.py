@@ -48,7 +48,7 @@ def test_uniform_rods_differ_from_the_lumped_model_by_a_few_percent():
     assert 0.005 < row.worst < 0.05
 
 
-@pytest.mark.parametrize(("name", "dimension"), [("diamond", "l1"), ("spr3", "b")])
+@pytest.mark.parametrize(("name", "dimension"), [("diamond", "l1"), ("spr3", "a")])
 def test_a_dimension_that_is_off_is_found_out(name, dimension, monkeypatch):
     problem = pkm_gym.make_problem(name)
     machine = problem.mechanism(problem.printed_design())

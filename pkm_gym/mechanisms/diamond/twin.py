@@ -118,13 +118,13 @@ def _build(
     check_reach(angles, pose)
     elbows = _elbow_angles(machine, pose, angles)
     spec = new_spec("diamond", SOLVER)
-    thick = 0.035 * (machine.e + machine.l1)
+    thick = 0.05 * (machine.e + machine.l1)
     height = machine.H + machine.h + 5.0 * thick
     base = add_machine(spec, AXES, height)
-    _draw_base(base, machine, thick)
+    _draw_base(base, machine, thick, height)
 
     platform = base.add_body(
-        name="platform", pos=[*pose, 0.0], mass=mass, inertia=[mass * thick**2] * 3,
+        name="platform", pos=[*pose, 0.0], mass=mass, ipos=[0.0] * 3, inertia=[mass * thick**2] * 3,
         explicitinertial=True,
     )  # fmt: skip
     for name, axis, home in zip("xy", np.eye(3)[:2], pose, strict=True):
@@ -138,8 +138,8 @@ def _build(
         moved = machine.I_A + machine.m * machine.l1**2
         add_drive(spec, f"theta_{name}", float(angles[i]), moved)
     low = -machine.H - machine.h
-    centre, size = (0.0, 0.0, height + 0.42 * low), 1.35 * max(2.0 * (machine.e + machine.l1), -low)
-    add_stage(spec, centre, size, seen_from=(0.42, -1.0, 0.22))
+    centre, size = (0.0, 0.0, height + 0.42 * low), 1.25 * max(2.0 * (machine.e + machine.l1), -low)
+    add_stage(spec, centre, size, seen_from=(0.5, -1.0, 0.3))
     return spec
 
 
@@ -180,25 +180,36 @@ def _turn(angle: float) -> list[float]:
 # How it looks -------------------------------------------------------------------------------------
 
 
-def _draw_base(base: mujoco.MjsBody, machine: Diamond, thick: float) -> None:
-    depth = 2.6 * thick
-    base.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=[machine.e + 2.2 * thick, 1.5 * thick, 1.2 * thick],
-        pos=[0.0, 0.0, -2.0 * depth], material="base", density=0.0, contype=0, conaffinity=0,
-    )  # fmt: skip
-    for _, sign in SIDES:
+def _draw_base(base: mujoco.MjsBody, machine: Diamond, thick: float, height: float) -> None:
+    """Draw the motors on a portal behind the machine that stands on the floor."""
+    behind, floor, wide = -5.5 * thick, -height + 0.9 * thick, machine.e + machine.l1
+    for sign in (1.0, -1.0):
         x = sign * machine.e
-        add_cylinder(base, [(x, 0, -2.6 * depth), (x, 0, -0.75 * thick)], 1.25 * thick, "base")
-        add_cylinder(base, [(x, 0, -0.75 * thick), (x, 0, 0.75 * thick)], 0.7 * thick, "metal")
+        add_cylinder(base, [(x, 0, behind), (x, 0, -0.9 * thick)], 1.35 * thick, "base")
+        add_cylinder(base, [(x, 0, -0.9 * thick), (x, 0, 0.8 * thick)], 0.7 * thick, "metal")
+        post = sign * 0.92 * wide
+        _add_box(base, (post, 0.5 * floor, behind), (0.8 * thick, 0.5 * abs(floor), 0.8 * thick))
+        foot = (2.0 * thick, 0.25 * thick, 3.5 * thick)
+        _add_box(base, (post, -height + 0.25 * thick, behind), foot)
+    _add_box(base, (0.0, 0.0, behind), (0.92 * wide + 0.8 * thick, 1.5 * thick, 0.9 * thick))
+
+
+def _add_box(
+    base: mujoco.MjsBody, at: tuple[float, ...], half: tuple[float, ...], color: str = "base"
+) -> None:
+    base.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, pos=at, size=half, material=color, density=0.0, contype=0,
+        conaffinity=0,
+    )  # fmt: skip
 
 
 def _draw_limb(arm: mujoco.MjsBody, rod: mujoco.MjsBody, machine: Diamond, thick: float) -> None:
     far, width = machine.l1, 1.15 * thick
-    add_bar(arm, [(0, 0, 0), (far, 0, 0)], 0.6 * thick, "arm")
+    add_bar(arm, [(0, 0, 0), (far, 0, 0)], 0.72 * thick, "arm")
     add_cylinder(arm, [(0, 0, -0.85 * thick), (0, 0, 0.85 * thick)], 1.05 * thick, "arm")
     add_cylinder(arm, [(far, 0, -width), (far, 0, width)], 0.42 * thick, "metal")
     for z in (-width, width):
-        add_bar(rod, [(0, 0, z), (machine.l2, 0, z)], 0.2 * thick, "rod")
+        add_bar(rod, [(0, 0, z), (machine.l2, 0, z)], 0.26 * thick, "rod")
         for x in (0.0, machine.l2):
             add_cylinder(
                 rod, [(x, 0, z - 0.3 * thick), (x, 0, z + 0.3 * thick)], 0.5 * thick, "rod"
@@ -207,9 +218,7 @@ def _draw_limb(arm: mujoco.MjsBody, rod: mujoco.MjsBody, machine: Diamond, thick
 
 def _draw_platform(platform: mujoco.MjsBody, thick: float) -> None:
     add_cylinder(platform, [(0, 0, -1.8 * thick), (0, 0, 1.8 * thick)], 0.36 * thick, "metal")
-    platform.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.7 * thick, 0.6 * thick, 0.75 * thick],
-        material="platform", density=0.0, contype=0, conaffinity=0,
-    )  # fmt: skip
+    half = (0.75 * thick, 0.65 * thick, 0.75 * thick)
+    _add_box(platform, (0.0, 0.0, 0.0), half, "platform")
     add_cylinder(platform, [(0, -1.8 * thick, 0), (0, 0, 0)], 0.3 * thick, "metal")
     add_cylinder(platform, [(0, -2.2 * thick, 0), (0, -1.7 * thick, 0)], 0.75 * thick, "platform")

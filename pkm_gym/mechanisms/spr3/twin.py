@@ -50,10 +50,10 @@ def build(machine: Spr3, pose: FloatArray) -> mujoco.MjSpec:
     lengths = machine.inverse_kinematics(pose)
     check_reach(lengths, pose)
     spec = new_spec("spr3", SOLVER)
-    thick = 0.03 * machine.D
+    thick = 0.04 * machine.D
     lowest = 1.25 * (machine.q_max + 0.3 * machine.a)
     base = add_machine(spec, AXES, lowest)
-    _draw_base(base, machine.b, thick)
+    _draw_base(base, machine.b, thick, lowest)
 
     center = machine.position(pose)
     platform = base.add_body(name="platform", pos=center, quat=quaternion(machine.rotation(pose)))
@@ -73,7 +73,7 @@ def build(machine: Spr3, pose: FloatArray) -> mujoco.MjSpec:
         add_drive(spec, name, float(lengths[i]), moved, (machine.q_min, machine.q_max))
     reach = max(machine.b, machine.a)
     add_stage(
-        spec, (0.0, 0.0, 0.5 * lowest), 1.3 * np.hypot(2.0 * reach, lowest), (0.75, -1.0, 0.34)
+        spec, (0.0, 0.0, 0.5 * lowest), 1.0 * np.hypot(2.3 * reach, lowest), (-0.25, -1.0, 0.4)
     )
     return spec
 
@@ -153,10 +153,22 @@ def _add_leg(
 # How it looks, and what it weighs -----------------------------------------------------------------
 
 
-def _draw_base(base: mujoco.MjsBody, radius: float, thick: float) -> None:
-    add_cylinder(base, [(0, 0, -3.0 * thick), (0, 0, -1.6 * thick)], radius + 3.0 * thick, "base")
+def _draw_base(base: mujoco.MjsBody, radius: float, thick: float, height: float) -> None:
+    """Draw the fixed platform: a triangle with spokes, on three posts between the legs."""
+    level = -2.2 * thick * NORMAL
+    corners = 1.12 * radius * AROUND + level
+    posts = -1.12 * radius * AROUND + level
+    add_cylinder(base, [level - 0.9 * thick * NORMAL, level + 0.9 * thick * NORMAL], 3.0 * thick,
+                 "base")  # fmt: skip
+    for i, corner in enumerate(corners):
+        add_bar(base, [level, corner], 0.9 * thick, "base")
+        for post in np.delete(posts, i, axis=0):
+            add_bar(base, [corner, post], 0.9 * thick, "base")
+        add_bar(base, [posts[i], posts[i] + (height + 2.2 * thick) * NORMAL], 0.9 * thick, "base")
+        foot = posts[i] + (height + 2.2 * thick) * NORMAL
+        add_cylinder(base, [foot - 0.5 * thick * NORMAL, foot], 2.4 * thick, "base")
     for point in radius * AROUND:
-        add_cylinder(base, [point - 1.7 * thick * NORMAL, point], 1.1 * thick, "metal")
+        add_cylinder(base, [point + level, point], 1.1 * thick, "metal")
 
 
 def _draw_platform(platform: mujoco.MjsBody, radius: float, thick: float) -> None:
