@@ -138,7 +138,7 @@ def _build(
         moved = machine.I_A + machine.m * machine.l1**2
         add_drive(spec, f"theta_{name}", float(angles[i]), moved)
     low = -machine.H - machine.h
-    centre, size = (0.0, 0.0, height + 0.42 * low), 1.25 * max(2.0 * (machine.e + machine.l1), -low)
+    centre, size = (0.0, 0.0, height + 0.5 * low), 1.2 * max(2.6 * (machine.e + machine.l1), -1.3 * low)
     add_stage(spec, centre, size, seen_from=(0.5, -1.0, 0.3))
     return spec
 
@@ -187,11 +187,11 @@ def _draw_base(base: mujoco.MjsBody, machine: Diamond, thick: float, height: flo
         x = sign * machine.e
         add_cylinder(base, [(x, 0, behind), (x, 0, -0.9 * thick)], 1.35 * thick, "base")
         add_cylinder(base, [(x, 0, -0.9 * thick), (x, 0, 0.8 * thick)], 0.7 * thick, "metal")
-        post = sign * 0.92 * wide
+        post = sign * 1.2 * wide
         _add_box(base, (post, 0.5 * floor, behind), (0.8 * thick, 0.5 * abs(floor), 0.8 * thick))
         foot = (2.0 * thick, 0.25 * thick, 3.5 * thick)
         _add_box(base, (post, -height + 0.25 * thick, behind), foot)
-    _add_box(base, (0.0, 0.0, behind), (0.92 * wide + 0.8 * thick, 1.5 * thick, 0.9 * thick))
+    _add_box(base, (0.0, 0.0, behind), (1.2 * wide + 0.8 * thick, 1.5 * thick, 0.9 * thick))
 
 
 def _add_box(
