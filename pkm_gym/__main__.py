@@ -29,6 +29,7 @@ VERBS = {
     "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
     "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
     "twin-check": ("pkm_gym.studies.twin_check:command", "Compare the models with MuJoCo."),
+    "validate": ("pkm_gym.studies.validate:command", "Try torque indices on simulated machines."),
     "picture": ("pkm_gym.studies.camera:picture", "Photograph a design with MuJoCo."),
     "movie": ("pkm_gym.studies.camera:movie", "Film a design on the paper's path."),
     "export": ("pkm_gym.studies.camera:export", "Write a design's MuJoCo model (MJCF)."),

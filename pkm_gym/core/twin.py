@@ -55,8 +55,13 @@ class Solver:
 
 
 class Course(NamedTuple):
-    """A motion of the platform: poses and twists (n, k), and accelerations where asked for."""
+    """A motion of the platform at equal time steps.
 
+    Poses and twists are (n, k), so are accelerations where the mechanism has dynamics; the duration
+    is in seconds.
+    """
+
+    duration: float
     poses: FloatArray
     twists: FloatArray
     accelerations: FloatArray | None = None

@@ -134,7 +134,7 @@ def _row(twin: Twin, errors: Errors) -> Row:
         float(errors.values[at]),
         errors.limit,
         errors.unit,
-        ", ".join(f"{name} {round(value, 9):.3g}" for name, value in pose),
+        ", ".join(f"{name} {round(value, 9) + 0.0:.3g}" for name, value in pose),
         str(twin.module.SOLVER),
     )
 
@@ -177,7 +177,7 @@ def _rates(twin: Twin, course: Course) -> Errors:
 
 def _torques(twin: Twin, course: Course) -> Iterator[Errors]:
     dynamics: Any = twin.mechanism
-    analytic = dynamics.inverse_dynamics(*course)
+    analytic = dynamics.inverse_dynamics(course.poses, course.twists, course.accelerations)
     lumped = Twin(twin.mechanism, twin.home, lumped=True)
     off = np.abs(_drive_forces(lumped, course) - analytic).max(axis=1)
     yield Errors("torques on the path", off, course.poses, 1e-6, "N m")

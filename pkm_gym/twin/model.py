@@ -62,8 +62,10 @@ class Twin:
         self.values = np.array([joint.qposadr[0] for joint in joints])
         self.rates = np.array([joint.dofadr[0] for joint in joints])
         self.passive = np.setdiff1d(np.arange(self.model.nv), self.rates)
-        names = [f"servo_{name}" for name in mechanism.joint_names]
-        self.servos = np.array([self.model.actuator(name).id for name in names])
+        self.servos, self.motors = (
+            np.array([self.model.actuator(f"{kind}_{name}").id for name in mechanism.joint_names])
+            for kind in ("servo", "motor")
+        )
         mujoco.mj_forward(self.model, self.data)
 
     # Kinematics -----------------------------------------------------------------------------------
@@ -95,6 +97,11 @@ class Twin:
         position = axes.T @ (self.data.site_xpos[self.tool] - self.data.site_xpos[self.origin])
         rotation = axes.T @ self.data.site_xmat[self.tool].reshape(3, 3)
         return np.column_stack([rotation, position])
+
+    def tool_state(self) -> tuple[FloatArray, FloatArray]:
+        """Return the tool's position and velocity, as many coordinates as the twist has."""
+        size = len(self.mechanism.twist_names)
+        return self.frame[:size, 3], self._tool_jacobian() @ self.data.qvel
 
     @property
     def jacobian(self) -> FloatArray:
@@ -153,6 +160,11 @@ class Twin:
             raise RuntimeError(f"the twin has not come to rest {HOLD:g} s after its move")
         mujoco.mj_forward(model, data)
         return Settled(data.qpos[self.values].copy(), self.frame)
+
+    def release(self) -> None:
+        """Switch the servos off; the motors stay."""
+        self.model.actuator_gainprm[self.servos] = 0.0
+        self.model.actuator_biasprm[self.servos] = 0.0
 
     # What MuJoCo knows of a site ------------------------------------------------------------------
 

@@ -108,12 +108,10 @@ def test_motors_that_give_the_drive_forces_keep_the_twin_still(machine):
     twin = Twin(machine, machine.sample_poses()[1])
     still = np.zeros(len(machine.twist_names))
     forces = twin.drive_forces(still, still)
-    twin.model.actuator_gainprm[twin.servos] = 0.0
-    twin.model.actuator_biasprm[twin.servos] = 0.0
+    twin.release()
     mujoco.mj_forward(twin.model, twin.data)
     falling = np.abs(twin.data.qacc).max()
-    motors = [twin.model.actuator(f"motor_{name}").id for name in machine.joint_names]
-    twin.data.ctrl[motors] = forces
+    twin.data.ctrl[twin.motors] = forces
     mujoco.mj_forward(twin.model, twin.data)
     assert np.abs(twin.data.qacc).max() < 1e-3 * falling
 

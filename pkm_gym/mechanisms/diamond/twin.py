@@ -87,7 +87,7 @@ def course(machine: Diamond, samples: int = 201) -> Course:
         pick_and_place(t, width, lift, time, overlap) for t in np.linspace(0.0, time, samples)
     ])  # fmt: skip
     floor = np.array([0.0, -machine.H - machine.h])
-    return Course(floor + rows[:, :2], rows[:, 2:4], rows[:, 4:])
+    return Course(time, floor + rows[:, :2], rows[:, 2:4], rows[:, 4:])
 
 
 def frames(machine: Diamond, poses: FloatArray) -> FloatArray:
@@ -138,7 +138,10 @@ def _build(
         moved = machine.I_A + machine.m * machine.l1**2
         add_drive(spec, f"theta_{name}", float(angles[i]), moved)
     low = -machine.H - machine.h
-    centre, size = (0.0, 0.0, height + 0.5 * low), 1.2 * max(2.6 * (machine.e + machine.l1), -1.3 * low)
+    centre, size = (
+        (0.0, 0.0, height + 0.5 * low),
+        1.2 * max(2.6 * (machine.e + machine.l1), -1.3 * low),
+    )
     add_stage(spec, centre, size, seen_from=(0.5, -1.0, 0.3))
     return spec
 

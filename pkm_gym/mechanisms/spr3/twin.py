@@ -99,7 +99,7 @@ def draw_poses(machine: Spr3, n: int, generator: np.random.Generator) -> FloatAr
 def course(machine: Spr3, samples: int = 201) -> Course:
     """Return the paper's path, the largest of its shape that fits the machine at every gamma."""
     found = motion(machine, *_path(machine), samples)
-    return Course(machine.pose_at(found.positions), found.velocities)
+    return Course(float(found.times[-1]), machine.pose_at(found.positions), found.velocities)
 
 
 def frames(machine: Spr3, poses: FloatArray) -> FloatArray:
