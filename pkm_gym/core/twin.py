@@ -159,8 +159,8 @@ def add_stage(
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
         rgb1=[0.80, 0.86, 0.93],
         rgb2=[0.97, 0.98, 0.99],
-        width=512,
-        height=3072,
+        width=32,
+        height=192,
     )
     world.add_geom(
         name="floor",
