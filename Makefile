@@ -1,14 +1,16 @@
-# pkm_gym: `make study` runs the main job, `make test` the tests; both set themselves up.
+# pkm_gym: `make study` runs the main job, `make test` the tests, `make benchmark` the benchmark
+# (`make benchmark FULL=1`: the published tables); all set themselves up.
 
 PYTHON ?= python3
 VENV ?= .venv
 MECHANISMS ?= diamond spr3 spr3_cylinder
+FAMILIES ?= diamond spr3
 
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 SOURCES := pyproject.toml constraints.txt
 
-.PHONY: study test test-slow lint bench clean
+.PHONY: study test test-slow lint benchmark bench clean
 
 study: $(VENV)/.studies
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym study $$name || exit $$?; done
@@ -27,6 +29,9 @@ lint: $(VENV)/.dev
 	@ln -s $(CURDIR)/pkm_gym/* $(CURDIR)/studies build/types/pkm_gym
 	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml
 
+benchmark: $(VENV)/.benchmark
+	@for name in $(FAMILIES); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
+
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only
 
@@ -43,7 +48,12 @@ $(VENV)/.studies: $(BIN)/python $(SOURCES)
 	$(INSTALL) -e ".[studies]"
 	@touch $@
 
+$(VENV)/.benchmark: $(BIN)/python $(SOURCES)
+	@echo "pkm_gym: installing what the benchmark needs into $(VENV) (once) ..."
+	$(INSTALL) -e ".[studies,agents]"
+	@touch $@ $(VENV)/.studies
+
 $(VENV)/.dev: $(BIN)/python $(SOURCES)
 	@echo "pkm_gym: installing everything that the tests need into $(VENV) (once) ..."
 	$(INSTALL) -e ".[studies,agents,movies,dev]"
-	@touch $@ $(VENV)/.studies
+	@touch $@ $(VENV)/.studies $(VENV)/.benchmark

@@ -34,6 +34,9 @@ VERBS = {
     "movie": ("pkm_gym.studies.camera:movie", "Film a design on the paper's path."),
     "export": ("pkm_gym.studies.camera:export", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
+    "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
+    "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
+    "splits": ("pkm_gym.studies.splits:command", "Make the benchmark's tasks and their optima."),
 }
 
 # module -> the extra that brings it

@@ -13,7 +13,7 @@ import typer
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.studies.arguments import DesignOption, Name, design_from, problem_from
-from pkm_gym.studies.terminal import console, counting
+from pkm_gym.studies.terminal import console, counter
 
 if TYPE_CHECKING:
     from pkm_gym.twin.camera import Camera
@@ -86,13 +86,11 @@ def movie(
     with _camera(width, height) as camera, _whole(path) as part:
         from pkm_gym.twin.camera import movie as film
 
-        with (
-            write(part) as writer,
-            counting(console(), "filming", count, "frames") as progress,
-        ):
+        with write(part) as writer, counter(console(), "frames") as bar:
+            line = bar.add_task("filmed", total=count)
             for frame in film(machine, camera, count):
                 writer.append_data(frame)
-                progress()
+                bar.advance(line)
     print(*notes, f"movie: {path}", sep="\n")
 
 

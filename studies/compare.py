@@ -15,7 +15,6 @@ import optuna
 import typer
 from optuna.study import StudyDirection
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
@@ -43,7 +42,7 @@ from pkm_gym.studies.runner import Runner
 from pkm_gym.studies.samplers import check_sampler, make_sampler, values_for
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.storage import quiet, run_folder
-from pkm_gym.studies.terminal import console
+from pkm_gym.studies.terminal import console, counter
 
 SAMPLERS = ("tpe", "cmaes", "qmc", "random")
 SLOW = ("gp",)
@@ -219,14 +218,7 @@ def command(
 @contextmanager
 def comparison_bar(screen: Console, seeds: int, *, full: bool) -> Iterator[Callable[[], None]]:
     """Give the ``progress`` of a comparison that moves a bar."""
-    bar = Progress(
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("runs"),
-        console=screen,
-        transient=True,
-        disable=not screen.is_terminal,
-    )
+    bar = counter(screen, "runs")
     with bar:
-        line = bar.add_task("", total=seeds * len(SAMPLERS + (SLOW if full else ())))
+        line = bar.add_task("samplers", total=seeds * len(SAMPLERS + (SLOW if full else ())))
         yield lambda: bar.advance(line)

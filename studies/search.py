@@ -13,7 +13,6 @@ from typing import Annotated, TypeAlias
 import typer
 from optuna import Study
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
@@ -42,7 +41,7 @@ from pkm_gym.studies.storage import (
     redacted,
     version_note,
 )
-from pkm_gym.studies.terminal import BAD, FAINT, console
+from pkm_gym.studies.terminal import BAD, FAINT, console, counter
 
 StorageOption: TypeAlias = Annotated[
     str | None,
@@ -255,15 +254,7 @@ def show(screen: Console, found: Found) -> None:
 @contextmanager
 def search_bar(screen: Console, problem: DesignProblem, trials: int) -> Iterator[Report]:
     """Give the report of a search that moves a bar and shows the best value so far."""
-    progress = Progress(
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("trials, {task.description}, left"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-        console=screen,
-        transient=True,
-        disable=not screen.is_terminal,
-    )
+    progress = counter(screen, "trials")
     first = problem.objectives[0]
     line = progress.add_task("starting", total=trials)
 

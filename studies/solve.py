@@ -14,14 +14,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import Progress, TaskID
 
 from pkm_gym.core.pool import Pool, write_npz
 from pkm_gym.core.problem import DesignProblem
@@ -35,7 +28,7 @@ from pkm_gym.studies.arguments import (
     SetOption,
     problem_from,
 )
-from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, section, table
+from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
 NAMED = 20  # uncertified tasks that are named one by one
@@ -126,7 +119,7 @@ def command(
     settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}
     job = _job(problem, number, seed, settings, output)
     screen = console()
-    solved = _solve(job, screen)
+    solved = solve(job, screen)
     Pool.from_solutions(solved, job.starts, problem, job.command).save(output)
     job.part.unlink(missing_ok=True)
     screen.print(f"pool: {output}", soft_wrap=True)
@@ -154,8 +147,8 @@ def _job(
     )
 
 
-def _solve(job: Job, screen: Console) -> Solutions:
-    """Solve chunk after chunk, keep each, and report."""
+def solve(job: Job, screen: Console) -> Solutions:
+    """Solve chunk after chunk, keep each, and report; what an earlier run kept is taken up."""
     solved = job.kept()
     resumed = solved.evaluations if solved else 0
     began = time.monotonic()
@@ -181,7 +174,7 @@ def _solve(job: Job, screen: Console) -> Solutions:
 
 
 def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
-    with _bar(screen) as bar:
+    with counter(screen, "tasks") as bar:
         done = len(solved.tasks) if solved else 0
         line = bar.add_task("solving", total=len(job.tasks), completed=done)
         for seed, tasks in list(job.chunks())[ceil(done / CHUNK) :]:
@@ -200,19 +193,6 @@ def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solution
 
 def _advance(bar: Progress, line: TaskID, before: int, count: int) -> None:
     bar.update(line, completed=before + count)
-
-
-def _bar(screen: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("tasks, left"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-        console=screen,
-        transient=True,
-        disable=not screen.is_terminal,
-    )
 
 
 def _joined(first: Solutions | None, second: Solutions) -> Solutions:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -52,18 +51,14 @@ def section(title: str) -> Text:
     return Text(f"\n{title}", style=HEAD)
 
 
-@contextmanager
-def counting(screen: Console, doing: str, total: int, what: str) -> Iterator[Callable[[], None]]:
-    """Give a function that moves a bar by one; the bar shows on a terminal only."""
-    bar = Progress(
-        TextColumn(doing),
+def counter(screen: Console, unit: str) -> Progress:
+    """Return a bar that counts units, with what is being done and the time left; none in a file."""
+    return Progress(
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn(what),
+        TextColumn(f"{unit}, {{task.description}}, left"),
+        TimeRemainingColumn(elapsed_when_finished=True),
         console=screen,
         transient=True,
         disable=not screen.is_terminal,
     )
-    line = bar.add_task("", total=total)
-    with bar:
-        yield lambda: bar.advance(line)

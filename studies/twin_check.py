@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -15,7 +16,7 @@ from rich.text import Text
 
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problems
-from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, counting, section, table
+from pkm_gym.studies.terminal import BAD, FAINT, GOOD, console, counter, section, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,9 +47,10 @@ def command(
     names = machines() if name == ALL else (name,)
     rows: list[Row] = []
     screen = Console(stderr=True) if as_json else console()
-    with counting(screen, "checking twins", len(names) * (designs + 1), "designs") as progress:
+    with counter(screen, "designs") as bar:
         for each in names:
-            rows += _check(each, designs, seed, progress)
+            line = bar.add_task(each, total=designs + 1)
+            rows += _check(each, designs, seed, partial(bar.advance, line))
     if as_json:
         print(json.dumps([asdict(row) | {"holds": row.holds} for row in rows], indent=2))
     else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +17,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.studies.arguments import Name, report_all
-from pkm_gym.studies.terminal import FAINT, console, counting, section, table
+from pkm_gym.studies.terminal import FAINT, console, counter, section, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,8 +82,9 @@ def command(
     """
     problem = _problem(name)
     screen = Console(stderr=True) if as_json else console()
-    with counting(screen, "simulating", designs, "designs") as progress:
-        found = validate(problem, designs, seed, progress)
+    with counter(screen, "designs") as bar:
+        line = bar.add_task("simulated", total=designs)
+        found = validate(problem, designs, seed, partial(bar.advance, line))
     path = out or (None if as_json else Path("runs") / name / "validate.png")
     if path is not None:
         from pkm_gym.plots import save

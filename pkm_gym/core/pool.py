@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -45,6 +45,10 @@ class Pool:
     def __len__(self) -> int:
         """Return the number of tasks, the unsolvable ones included."""
         return len(self.tasks)
+
+    def first(self, n: int) -> Self:
+        """Return the pool of the first n tasks."""
+        return replace(self, **{name: getattr(self, name)[:n] for name in ARRAYS})
 
     @classmethod
     def from_solutions(

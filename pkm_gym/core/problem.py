@@ -303,7 +303,7 @@ class DesignProblem(ABC):
             "options": asdict(self.options),
         }
         for variable in content["task"]:  # type: ignore[attr-defined]  # wording is not the problem
-            del variable["doc"]
+            del variable["doc"], variable["limit"]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     # How arguments are checked --------------------------------------------------------------------

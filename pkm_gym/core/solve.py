@@ -15,15 +15,17 @@ import numpy as np
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
 
-# A stored optimum keeps every constraint this far inside, so that rounding cannot break it.
-INSIDE = -1e-12
+# A stored optimum keeps every constraint at or below -1e-12; the rest is for rounding.
+INSIDE = -1.1e-12
 
 # A constraint within this of its limit at the optimum is called active.
 ACTIVE = 1e-5
 
 AGREEMENT = 1e-10
+NEAR = 0.02  # a share of the range: how far a polish looks
 PER_VARIABLE = 14  # members of the population for each variable
 GENERATIONS = 1000
+ROUNDS = 4  # further searches of a task whose searches disagree
 CONVERGED = 1e-12
 CHECK_EVERY = 10
 CROSSOVER = 0.9
@@ -43,7 +45,8 @@ class Solutions:
         log_merit: array (n,), the log merit there.
         active: array (n, c), the constraints that hold the optimum back.
         solvable: array (n,), whether a feasible design was found.
-        certified: array (n,), whether two seeds agree to 1e-10 in log merit (and in solvable).
+        certified: array (n,), whether two seeds and a polish of the better agree to 1e-10 in log
+            merit (and in solvable).
         evaluations: how many designs were evaluated in all.
     """
 
@@ -76,8 +79,10 @@ def solve_tasks(
 ) -> Solutions:
     """Solve packed tasks (n, m): two seeds of differential evolution that must agree to 1e-10.
 
-    Tasks whose seeds disagree are searched again with a population twice as large, twice at most;
-    what still disagrees is returned with ``certified`` False.
+    So must a polish from the better of the two. Tasks whose searches disagree are searched again
+    with a population twice as large and a penalty ten times as heavy (where the multipliers exceed
+    the merit's weight, its minimiser is no optimum), four times at most; what still disagrees is
+    returned with ``certified`` False.
 
     Args:
         problem: the design problem; its first objective is optimised.
@@ -92,15 +97,19 @@ def solve_tasks(
         _evolve(problem, tasks, np.random.default_rng(child)) for child in sequence.spawn(2)
     )
     best = _better(first, second)
-    agreed = _agree(first, second)
-    size = PER_VARIABLE
-    for child in sequence.spawn(2):
+    polisher = np.random.default_rng(sequence.spawn(1)[0])
+    polished = _evolve(problem, tasks, polisher, near=best.designs, radius=NEAR)
+    agreed = _agree(first, second) & _agree(best, polished)
+    best = _better(best, polished)
+    size, weight = PER_VARIABLE, 1.0
+    for child in sequence.spawn(ROUNDS):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)
         if len(open_tasks) == 0:
             break
-        size *= 2
-        again = _evolve(problem, tasks[open_tasks], np.random.default_rng(child), size=size)
+        size, weight = 2 * size, 10.0 * weight
+        generator = np.random.default_rng(child)
+        again = _evolve(problem, tasks[open_tasks], generator, size=size, weight=weight)
         known = _Search(
             best.designs[open_tasks], best.log_merit[open_tasks], best.solvable[open_tasks]
         )
@@ -129,7 +138,7 @@ def polish(
     designs: FloatArray,
     tasks: FloatArray | None = None,
     *,
-    radius: float = 0.02,
+    radius: float = NEAR,
     seed: int = 0,
 ) -> FloatArray:
     """Return the local optimum near each design (n, d): never a worse answer than the start.
@@ -155,17 +164,22 @@ def _evolve(
     size: int = PER_VARIABLE,
     near: FloatArray | None = None,
     radius: float = 1.0,
+    weight: float = 1.0,
 ) -> _Search:
-    """Run current-to-best/1/bin on every task until its population's log merits agree."""
+    """Run current-to-best/1/bin on every task until its population's log merits agree.
+
+    ``weight`` multiplies the penalty of the merit.
+    """
     n, d = len(tasks), len(problem.variables)
     members = size * d
     population: FloatArray = _start(problem, n, members, generator, near, radius)
     found = _Search(population[:, 0].copy(), np.full(n, np.inf), np.zeros(n, dtype=bool))
-    merits = _measured(problem, tasks, population, np.arange(n), found)
+    extra = (weight - 1.0) * problem.penalty_weight
+    merits = _measured(problem, tasks, population, np.arange(n), found, extra)
     running = np.arange(n)
     for generation in range(1, GENERATIONS + 1):
         trial = _trial(problem, population, merits, generator)
-        trial_merits = _measured(problem, tasks[running], trial, running, found)
+        trial_merits = _measured(problem, tasks[running], trial, running, found, extra)
         better = trial_merits <= merits
         population = np.where(better[..., None], trial, population)
         merits = np.where(better, trial_merits, merits)
@@ -219,16 +233,19 @@ def _measured(
     population: FloatArray,
     running: np.ndarray[tuple[int], np.dtype[np.intp]],
     found: _Search,
+    extra: float,
 ) -> FloatArray:
     """Return the log merits of a population and keep each task's best strictly feasible member.
 
-    Until a task has one, its member of lowest merit is kept.
+    ``extra`` is what the broken constraints weigh more than in the merit. Until a task has a
+    feasible member, its one of lowest merit is kept.
     """
     n, members, d = population.shape
     rows = np.repeat(tasks, members, axis=0)
     evaluation = problem.evaluate(population.reshape(-1, d), rows)
     found.evaluations += n * members
-    merits = evaluation.log_merit.reshape(n, members)
+    penalty = extra * np.maximum(evaluation.constraints, 0.0).sum(axis=1)
+    merits = (evaluation.log_merit + penalty).reshape(n, members)
     inside = (evaluation.constraints <= INSIDE).all(axis=1).reshape(n, members)
     any_inside = np.asarray(inside.any(axis=1))
     at = np.where(

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
 from math import isfinite
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
+
+Limit = Literal["", "lower", "upper"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,8 @@ class TaskVariable:
     """One number of a task.
 
     ``low`` and ``high`` are the range a Family draws from (equal: not drawn), ``legal_low`` and
-    ``legal_high`` what a task may have at all.
+    ``legal_high`` what a task may have at all. ``limit`` says which bound of an index it is,
+    "lower" or "upper"; "" for what is no bound.
     """
 
     name: str
@@ -42,6 +45,7 @@ class TaskVariable:
     high: float
     legal_low: float
     legal_high: float
+    limit: Limit = ""
 
     @property
     def drawn(self) -> bool:
@@ -56,11 +60,21 @@ def quantity(
     *,
     legal: tuple[float, float],
     family: tuple[float, float] | None = None,
+    limit: Limit = "",
 ) -> Any:
-    """Declare a field of a Task: default, unit, what it is, legal range, range of the Family."""
+    """Declare a field of a Task: default, unit, what it is, legal range, range of the Family.
+
+    ``limit`` is "lower" or "upper" for a field that bounds an index.
+    """
     return field(
         default=default,
-        metadata={"unit": unit, "doc": doc, "legal": legal, "family": family or (default, default)},
+        metadata={
+            "unit": unit,
+            "doc": doc,
+            "legal": legal,
+            "family": family or (default, default),
+            "limit": limit,
+        },
     )
 
 
@@ -97,8 +111,9 @@ class Task:
                 item.metadata["unit"],
                 item.metadata["doc"],
                 float(item.default),  # type: ignore[arg-type]  # quantity() always sets a number
-                *map(float, item.metadata["family"]),
-                *map(float, item.metadata["legal"]),
+                *_pair(item.metadata["family"]),
+                *_pair(item.metadata["legal"]),
+                item.metadata["limit"],
             )
             for item in fields(cls)
         )
@@ -171,3 +186,7 @@ class Task:
         pairs = [(v.legal_low, v.legal_high) if legal else (v.low, v.high) for v in items]
         low, high = np.array(pairs).T
         return low, high
+
+
+def _pair(values: tuple[float, float]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known
 from pkm_gym.envs.checks import finite
 from pkm_gym.envs.infos import Info, reset_info, single, step_info
@@ -169,6 +170,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.render_mode = render_mode
         self.session = Session(self.problem, self.rules, 1)
         self.painter = Painter(self.problem, renderer)
+        self.evaluation: Evaluation | None = None  # of the latest step
         self._window = Window()
 
     def reset(
@@ -196,10 +198,10 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         actions = finite("action", action, self.problem.low.shape)[None]
         if self.session.left[0] == 0:
             raise ResetNeeded("the episode is over or has not begun: call reset()")
-        evaluation, rewards = self.session.step(ONLY, actions)
+        self.evaluation, rewards = self.session.step(ONLY, actions)
         if self.render_mode == "human":
             self.render()
-        info = single(step_info(self.session, ONLY, evaluation))
+        info = single(step_info(self.session, ONLY, self.evaluation))
         terminated = bool(self.session.left[0] == 0)
         return self._observation(), float(rewards[0]), terminated, False, info
 

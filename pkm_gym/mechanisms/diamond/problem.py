@@ -61,18 +61,19 @@ class DiamondTask(Task):
     delta: float = quantity(1.0, "", "b / (2 (e + l1))", legal=(0.5, 2.0))
     payload: float = quantity(0.0, "kg", "carried mass", legal=(0.0, 10.0), family=(0.0, 2.0))
     sigma_low: float = quantity(
-        0.6, "", "lower bound of sigma_min", legal=(0.2, 1.2), family=(0.6, 0.81)
+        0.6, "", "lower bound of sigma_min", legal=(0.2, 1.2), family=(0.6, 0.81), limit="lower"
     )
     sigma_high: float = quantity(
-        1.5, "", "upper bound of sigma_max", legal=(1.2, 3.0), family=(1.35, 1.9)
+        1.5, "", "upper bound of sigma_max", legal=(1.2, 3.0), family=(1.35, 1.9), limit="upper"
     )
-    lam_e_min: float = quantity(0.2, "", "smallest e/l1", legal=(0.0, 1.0))
+    lam_e_min: float = quantity(0.2, "", "smallest e/l1", legal=(0.0, 1.0), limit="lower")
     alpha_low: float = quantity(
         0.0,
         "rad",
         "smallest transmission angle between the rods, 0 = off",
         legal=(0.0, 1.5),
         family=(0.0, 1.15),
+        limit="lower",
     )
     beta_low: float = quantity(
         0.0,
@@ -80,6 +81,7 @@ class DiamondTask(Task):
         "smallest transmission angle at the elbows, 0 = off",
         legal=(0.0, 1.5),
         family=(0.0, 0.85),
+        limit="lower",
     )
     cycle_width_ratio: float = quantity(
         1.0, "", "width of the pick-and-place cycle over b", legal=(0.05, 1.0)

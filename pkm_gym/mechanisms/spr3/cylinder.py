@@ -45,13 +45,27 @@ class CylinderTask(Task):
         0.065, "m", "height of the cylinder", legal=(0.001, 10.0), family=(0.04, 0.08)
     )
     stroke_ratio: float = quantity(
-        1.5, "", "longest leg over shortest leg, at most", legal=(1.01, 5.0), family=(1.45, 1.75)
+        1.5,
+        "",
+        "longest leg over shortest leg, at most",
+        legal=(1.01, 5.0),
+        family=(1.45, 1.75),
+        limit="upper",
     )
     D_max: float = quantity(
-        0.43, "m", "largest characteristic length (a + b + q_c) / 3", legal=(0.01, 10.0)
+        0.43,
+        "m",
+        "largest characteristic length (a + b + q_c) / 3",
+        legal=(0.01, 10.0),
+        limit="upper",
     )
     s_angle_max: float = quantity(
-        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5), family=(0.7, 0.95)
+        math.pi / 4,
+        "rad",
+        "largest angle of an S joint",
+        legal=(0.05, 1.5),
+        family=(0.7, 0.95),
+        limit="upper",
     )
 
 

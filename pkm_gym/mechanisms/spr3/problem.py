@@ -65,18 +65,39 @@ class Spr3Task(Task):
         "smallest volume of the workspace over D^3",
         legal=(1e-4, 2.0),
         family=(0.045, 0.15),
+        limit="lower",
     )
     parasitic_max: float = quantity(
-        0.06, "", "largest parasitic offset over D", legal=(1e-3, 1.0), family=(0.055, 0.125)
+        0.06,
+        "",
+        "largest parasitic offset over D",
+        legal=(1e-3, 1.0),
+        family=(0.055, 0.125),
+        limit="upper",
     )
     s_angle_max: float = quantity(
-        math.pi / 4, "rad", "largest angle of an S joint", legal=(0.05, 1.5), family=(0.77, 1.15)
+        math.pi / 4,
+        "rad",
+        "largest angle of an S joint",
+        legal=(0.05, 1.5),
+        family=(0.77, 1.15),
+        limit="upper",
     )
     r_angle_min: float = quantity(
-        0.0, "rad", "smallest angle of an R joint, 0 = off", legal=(0.0, 1.5), family=(0.0, 0.75)
+        0.0,
+        "rad",
+        "smallest angle of an R joint, 0 = off",
+        legal=(0.0, 1.5),
+        family=(0.0, 0.75),
+        limit="lower",
     )
     lci_low: float = quantity(
-        0.3, "", "smallest local conditioning index", legal=(0.01, 0.95), family=(0.3, 0.64)
+        0.3,
+        "",
+        "smallest local conditioning index",
+        legal=(0.01, 0.95),
+        family=(0.3, 0.64),
+        limit="lower",
     )
 
 

@@ -1,0 +1,37 @@
+"""The benchmark: tasks with certified optima, one metric, tracks, opponents. See docs/benchmark.md.
+
+``load_split`` gives tasks with their optima, ``method`` makes a method that can be entered, ``run``
+runs one, ``regrets`` and ``score`` measure what it did.
+"""
+
+from pkm_gym.benchmark.evaluator import Evaluator, Spent
+from pkm_gym.benchmark.interpolation import Interpolation
+from pkm_gym.benchmark.methods import METHODS, Cost, Method, find_method, method, proposing
+from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.recording import RecordEvaluations
+from pkm_gym.benchmark.run import run, setting
+from pkm_gym.benchmark.scoring import duel, interval, regrets, score
+from pkm_gym.benchmark.splits import SPLITS, load_split
+
+__all__ = [
+    "METHODS",
+    "SPLITS",
+    "Cost",
+    "EvaluationLog",
+    "Evaluator",
+    "Interpolation",
+    "Method",
+    "RecordEvaluations",
+    "Setting",
+    "Spent",
+    "duel",
+    "find_method",
+    "interval",
+    "load_split",
+    "method",
+    "proposing",
+    "regrets",
+    "run",
+    "score",
+    "setting",
+]

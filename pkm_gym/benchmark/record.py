@@ -1,0 +1,137 @@
+"""EvaluationLog: everything a run evaluated, in one npz file. Scores come from it alone."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from pkm_gym.core.pool import write_npz
+from pkm_gym.core.types import FloatArray
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a method was run: two logs of one setting are parts of the same run.
+
+    Attributes:
+        problem: name of the design problem.
+        split: name of the split.
+        hash: ``hash()`` of the problem.
+        sha256: of the split's file.
+        method: its name.
+        source: sha256 of the file that defines it.
+        start: its track, "given" or "free".
+        knowledge: its track, "transfer" or "scratch".
+        seed: of its random numbers.
+        budget: evaluations allowed on a task.
+        pool: how many training tasks it knew, 0 in the *scratch* track.
+        noise: standard deviation of the relative error in what the method was told.
+        delay: seconds that each evaluation took longer.
+    """
+
+    problem: str
+    split: str
+    hash: str
+    sha256: str
+    method: str
+    source: str
+    start: str
+    knowledge: str
+    seed: int
+    budget: int
+    pool: int
+    noise: float = 0.0
+    delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class EvaluationLog:
+    """What a method evaluated on tasks of a split, in this order.
+
+    Attributes:
+        setting: how it was run.
+        rows: array (n,), which tasks of the split.
+        designs: array (n, budget, d), NaN after the last evaluation.
+        seconds: array (n,), wall time on each task.
+        version: of pkm_gym.
+        command: what wrote it.
+    """
+
+    setting: Setting
+    rows: npt.NDArray[np.int64]
+    designs: FloatArray
+    seconds: FloatArray
+    version: str
+    command: str
+
+    def __len__(self) -> int:
+        """Return the number of tasks."""
+        return len(self.rows)
+
+    @property
+    def counts(self) -> npt.NDArray[np.int64]:
+        """Array (n,), how many designs were evaluated on each task."""
+        return np.isfinite(self.designs).all(axis=2).sum(axis=1)
+
+    def joined(self, other: EvaluationLog) -> EvaluationLog:
+        """Return this log with the tasks of another part of the same run."""
+        rows = np.concatenate([self.rows, other.rows])
+        order = np.argsort(rows, kind="stable")
+        return replace(
+            self,
+            rows=rows[order],
+            designs=np.concatenate([self.designs, other.designs])[order],
+            seconds=np.concatenate([self.seconds, other.seconds])[order],
+        )
+
+    def only(self, rows: npt.NDArray[np.int64]) -> EvaluationLog:
+        """Return the part of these tasks; all of them must be there."""
+        at = np.searchsorted(self.rows, rows)
+        return replace(self, rows=self.rows[at], designs=self.designs[at], seconds=self.seconds[at])
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the log; the file appears whole or not at all."""
+        content = {name: getattr(self, name) for name in ARRAYS + TEXTS}
+        write_npz(path, content | {name: getattr(self.setting, name) for name in SETTINGS})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a log.
+
+        Raises:
+            ValueError: in one sentence naming the file, if it is missing, damaged or no log.
+        """
+        content = _read(Path(path))
+        setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
+        values: dict[str, Any] = {name: content[name] for name in ARRAYS}
+        values |= {name: str(content[name]) for name in TEXTS}
+        return cls(setting, **values)
+
+
+ARRAYS = ("rows", "designs", "seconds")
+TEXTS = ("version", "command")
+KINDS = {"str": str, "int": int, "float": float}
+SETTINGS: dict[str, Any] = {item.name: KINDS[str(item.type)] for item in fields(Setting)}
+
+
+def _read(path: Path) -> dict[str, np.ndarray]:
+    wanted = "expected an npz file as EvaluationLog.save writes it"
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            content = {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        raise ValueError(f"{str(path)!r} does not exist: {wanted}") from None
+    except Exception:  # zip, zlib, npy headers and pickles: each raises its own
+        raise ValueError(f"{str(path)!r} is damaged or no npz file: {wanted}") from None
+    missing = [name for name in (*ARRAYS, *TEXTS, *SETTINGS) if name not in content]
+    if missing:
+        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {wanted}")
+    n = len(content["rows"])
+    if content["designs"].ndim != 3 or {len(content[name]) for name in ARRAYS} != {n}:
+        raise ValueError(f"{str(path)!r} has arrays that do not fit each other: {wanted}")
+    return content

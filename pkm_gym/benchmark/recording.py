@@ -1,0 +1,127 @@
+"""RecordEvaluations: what an agent evaluates in its environment, as a log of the benchmark."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import RecordConstructorArgs
+
+from pkm_gym.benchmark.methods import Knowledge, Start
+from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.splits import load_split, sha256, split_path
+from pkm_gym.core.types import FloatArray
+from pkm_gym.envs.design import Observation
+from pkm_gym.envs.infos import Info
+from pkm_gym.envs.wrappers import design_env
+
+Action = npt.NDArray[Any]
+
+
+class RecordEvaluations(
+    gym.Wrapper[Observation, Action, Observation, Action], RecordConstructorArgs
+):
+    """Record every design that is evaluated, each episode on its task.
+
+    Example:
+        >>> problem, split = load_split("diamond", "val")
+        >>> env = RecordEvaluations(FixedTasks(gym.make("PKM/DiamondFamily-v0"), split))
+        >>> ...  # as many episodes as there are tasks
+        >>> env.log("val", method="my agent", knowledge="transfer", pool=4096).save("mine.npz")
+
+    ``pkm-gym score mine.npz`` then scores it.
+
+    Args:
+        env: a design environment.
+
+    Raises:
+        TypeError: if ``env`` is no design environment.
+    """
+
+    def __init__(self, env: gym.Env[Observation, Action]) -> None:
+        RecordConstructorArgs.__init__(self)
+        super().__init__(env)
+        self._inner = design_env(env, "RecordEvaluations")
+        self._tasks: list[FloatArray] = []
+        self._designs: list[list[FloatArray]] = []
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, Info]:
+        """Begin the record of a new episode."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._tasks.append(self._inner.session.tasks[0].copy())
+        self._designs.append([])
+        return observation, info
+
+    def step(self, action: Action) -> tuple[Observation, Any, bool, bool, Info]:
+        """Record the design that the action means."""
+        outcome = self.env.step(action)
+        self._designs[-1].append(self._inner.session.last[0].copy())
+        return outcome
+
+    def log(
+        self,
+        split: str,
+        *,
+        method: str,
+        start: Start = "free",
+        knowledge: Knowledge = "scratch",
+        pool: int = 0,
+        seed: int = 0,
+    ) -> EvaluationLog:
+        """Return what was recorded as a log of a split.
+
+        Of several episodes on a task the first one counts.
+
+        Args:
+            split: whose tasks the episodes were about.
+            method: what the log is to be called.
+            start: the track, "given" or "free".
+            knowledge: the track, "transfer" or "scratch".
+            pool: how many of the training tasks the method knew.
+            seed: which of several trainings of the method it is.
+
+        Raises:
+            ValueError: in one sentence, for a problem that differs from the benchmark's, or a task
+                that is not in the split.
+        """
+        name, inner = self._inner.problem.name, self._inner
+        problem, tasks = load_split(name, split)
+        if inner.problem.hash() != problem.hash():
+            raise ValueError(
+                f"the environment's {name} differs from the benchmark's: make it plain"
+            )
+        known = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
+        episodes: dict[int, list[FloatArray]] = {}
+        for task, designs in zip(self._tasks, self._designs, strict=True):
+            row = known.get(task.tobytes())
+            if row is None:
+                raise ValueError(f"{problem.unpack(task)} is not in {split}: use FixedTasks")
+            episodes.setdefault(row, designs)
+        rows = np.array(sorted(episodes), dtype=np.int64)
+        budget = inner.rules.budget
+        designs_of = np.full((len(rows), budget, len(problem.low)), np.nan)
+        for i, row in enumerate(rows):
+            found = episodes[int(row)]
+            designs_of[i, : len(found)] = np.reshape(found, (-1, len(problem.low)))
+        how = Setting(
+            problem=name,
+            split=split,
+            hash=problem.hash(),
+            sha256=sha256(split_path(name, split)),
+            method=method,
+            source="",
+            start=start,
+            knowledge=knowledge,
+            seed=seed,
+            budget=budget,
+            pool=pool,
+        )
+        seconds = np.zeros(len(rows))
+        return EvaluationLog(
+            how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations"
+        )

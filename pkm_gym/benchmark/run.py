@@ -1,0 +1,214 @@
+"""run: a method on the tasks of a split, spread over processes, kept as it goes."""
+
+from __future__ import annotations
+
+import inspect
+import signal
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from functools import lru_cache
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from threadpoolctl import threadpool_limits
+
+from pkm_gym.benchmark.evaluator import Evaluator, Spent
+from pkm_gym.benchmark.methods import Method, Search, find_method
+from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.scoring import regrets
+from pkm_gym.benchmark.splits import SPLITS, load_split, sha256, split_path
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+
+CHUNK = 4  # tasks between two savings
+
+Rows = npt.NDArray[np.int64]
+Keep = Callable[[EvaluationLog], None]
+
+
+def setting(
+    name: str,
+    split: str,
+    method: str,
+    *,
+    seed: int = 0,
+    evaluations: int = 300,
+    pool: int = SPLITS["train"],
+    noise: float = 0.0,
+    delay: float = 0.0,
+) -> Setting:
+    """Return how a method is to be run, checked.
+
+    Args:
+        name: the design problem.
+        split: "val", "test" or "ood".
+        method: its name, or "module:attribute".
+        seed: of its random numbers.
+        evaluations: allowed on each task, if the method takes so many.
+        pool: how many of the training tasks a *transfer* method may know.
+        noise: standard deviation of the relative error in what the method is told.
+        delay: seconds that each evaluation takes longer.
+
+    Raises:
+        ValueError: in one sentence, for an unknown problem, split or method, or a bad number.
+    """
+    found = find_method(method)
+    for what, value, least in (
+        ("evaluations", evaluations, 1), ("seed", seed, 0), ("pool", pool, 1),
+        ("noise", noise, 0), ("delay", delay, 0),
+    ):  # fmt: skip
+        if not value >= least:
+            raise ValueError(f"{what} is {value}: it must be at least {least}")
+    if pool > SPLITS["train"]:
+        raise ValueError(f"pool is {pool}: there are {SPLITS['train']} training tasks")
+    problem, _ = load_split(name, split)
+    return Setting(
+        problem=name,
+        split=split,
+        hash=problem.hash(),
+        sha256=sha256(split_path(name, split)),
+        method=method,
+        source=sha256(Path(inspect.getfile(found.prepare))),
+        start=found.start,
+        knowledge=found.knowledge,
+        seed=seed,
+        budget=min(evaluations, found.evaluations),
+        pool=pool if found.knowledge == "transfer" else 0,
+        noise=noise,
+        delay=delay,
+    )
+
+
+def run(
+    how: Setting,
+    rows: Rows,
+    *,
+    jobs: int = 1,
+    known: EvaluationLog | None = None,
+    keep: Keep = lambda _: None,
+    command: str = "pkm_gym.benchmark.run",
+) -> EvaluationLog:
+    """Run a method on tasks of a split.
+
+    Args:
+        how: the method and its setting, as ``setting`` returns it.
+        rows: array (n,), which tasks of the split.
+        jobs: number of processes.
+        known: what an earlier run of the same setting did; its tasks are not repeated.
+        keep: called with all that is done after every few tasks.
+        command: what the log says wrote it.
+
+    Raises:
+        ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
+            certified optimum.
+    """
+    problem, split = load_split(how.problem, how.split)
+    done = known or _empty(how, problem, command)
+    todo = np.setdiff1d(rows, done.rows)
+    chunks = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
+    for part in _parts(how, chunks, jobs):
+        regrets(part, problem, split)  # refuses what beats an optimum
+        done = done.joined(part)
+        keep(done)
+    return done.only(np.sort(rows))
+
+
+def _empty(how: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
+    return EvaluationLog(
+        how,
+        rows=np.empty(0, dtype=np.int64),
+        designs=np.empty((0, how.budget, len(problem.low))),
+        seconds=np.empty(0),
+        version=version("pkm_gym"),
+        command=command,
+    )
+
+
+def _parts(how: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLog]:
+    if jobs == 1 or len(chunks) < 2:
+        yield from (_solve(how, rows) for rows in chunks)
+        return
+    with _workers(jobs) as executor:
+        for future in as_completed([executor.submit(_solve, how, rows) for rows in chunks]):
+            yield future.result()
+
+
+@contextmanager
+def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Give processes that end with this one, at Ctrl-C too."""
+    executor = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_alone)
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
+def _alone() -> None:
+    """Use one thread in this process, and end without a word at Ctrl-C."""
+    import numba
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    numba.set_num_threads(1)
+
+
+class _Prepared(NamedTuple):
+    problem: DesignProblem
+    split: Pool
+    method: Method
+    search: Search
+
+
+@lru_cache(maxsize=4)
+def _prepared(name: str, split: str, method: str, known: int) -> _Prepared:
+    problem, tasks = load_split(name, split)
+    found = find_method(method)
+    pool = load_split(name, "train")[1].first(known)
+    return _Prepared(problem, tasks, found, found.prepare(problem, pool))
+
+
+def _solve(how: Setting, rows: Rows) -> EvaluationLog:
+    """Run the method on some tasks."""
+    prepared = _prepared(how.problem, how.split, how.method, how.pool)
+    log = _empty(how, prepared.problem, "")
+    d = len(prepared.problem.low)
+    designs = np.full((len(rows), how.budget, d), np.nan)
+    seconds = np.empty(len(rows))
+    with threadpool_limits(limits=1):  # sums of matrices keep their order
+        for i, row in enumerate(rows):
+            began = time.perf_counter()
+            found = _search(how, prepared, int(row))
+            seconds[i] = time.perf_counter() - began
+            designs[i, : len(found)] = found
+    return EvaluationLog(how, rows, designs, seconds, log.version, log.command)
+
+
+def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
+    """Return the designs (count, d) that the method evaluates on a task."""
+    evaluator = Evaluator(
+        prepared.problem,
+        prepared.split.tasks[row],
+        budget=how.budget,
+        start=prepared.split.starts[row] if prepared.method.start == "given" else None,
+        seed=[how.seed, row],
+        noise=how.noise,
+        delay=how.delay,
+    )
+    try:
+        prepared.search(evaluator)
+    except Spent:
+        pass
+    except Exception as error:
+        raise ValueError(
+            f"{how.method} failed on {how.split} task {row} after {evaluator.count} evaluations: "
+            f"{type(error).__name__}: {error}"
+        ) from error
+    return evaluator.designs

@@ -1,0 +1,153 @@
+"""Splits: the benchmark's tasks with their certified optima, shipped as files.
+
+``train`` is the pool that a *transfer* method may learn from, ``val`` is for tuning, ``test`` for
+the published tables, ``ood`` asks for more than the training range holds. They are drawn from
+``SeedSequence([problem.version, k])``, k = 0, 1, 2, 3, and made by ``pkm-gym splits NAME``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pkm_gym.core.names import check_known
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms import make_problem
+
+# split -> number of tasks; its place is k of the seed
+SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
+
+# How far a task of ``ood`` may lie outside the training range, a share of the range's width.
+BEYOND = 0.25
+
+FOLDER = Path(__file__).parent / "data"
+MANIFEST = "splits.toml"
+
+
+class Drawn(NamedTuple):
+    """The tasks of a split before they are solved."""
+
+    tasks: FloatArray  # (n, m), packed
+    starts: FloatArray  # (n, d)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What the manifest says of a split.
+
+    Attributes:
+        sha256: of the file.
+        evaluations: how many designs were evaluated to certify its optima.
+        seconds: processor time of that.
+    """
+
+    sha256: str
+    evaluations: int
+    seconds: float
+
+
+def draw(problem: DesignProblem, split: str) -> Drawn:
+    """Draw the tasks (n, m) and starts (n, d) of a split: the same numbers every time.
+
+    Raises:
+        ValueError: for an unknown split, or a problem without a Family.
+    """
+    check_split(problem, split)
+    k, n = list(SPLITS).index(split), SPLITS[split]
+    sequence = np.random.SeedSequence([problem.version, k])
+    for_tasks, for_starts = map(np.random.default_rng, sequence.spawn(2))
+    outside = split == "ood"
+    tasks = _beyond(problem, n, for_tasks) if outside else problem.draw_tasks(n, for_tasks)
+    span = problem.high - problem.low
+    return Drawn(tasks, problem.low + span * for_starts.random((n, len(span))))
+
+
+def _beyond(problem: DesignProblem, n: int, generator: np.random.Generator) -> FloatArray:
+    """Draw n legal tasks (n, m), each with at least one field outside the training range."""
+    low, high, legal_low, legal_high = np.array(
+        [(v.low, v.high, v.legal_low, v.legal_high) for v in problem.task_variables]
+    ).T
+    margin = BEYOND * (high - low)
+    widest_low = np.maximum(low - margin, legal_low)
+    widest_high = np.minimum(high + margin, legal_high)
+    rows = np.empty((0, len(low)))
+    while len(rows) < n:
+        drawn = widest_low + (widest_high - widest_low) * generator.random((n, len(low)))
+        outside = ((drawn < low) | (drawn > high)).any(axis=1)
+        rows = np.concatenate([rows, drawn[outside]])
+    fields = np.array([variable.drawn for variable in problem.task_variables])
+    return np.where(fields, rows[:n], problem.pack(None))
+
+
+def check_split(problem: DesignProblem, split: str) -> None:
+    """Refuse an unknown split, or a problem that draws no tasks.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    check_known("split", [split], SPLITS)
+    if not any(variable.drawn for variable in problem.task_variables):
+        raise ValueError(f"{problem.name} has no Family: it draws no tasks to be measured on")
+
+
+def split_path(name: str, split: str) -> Path:
+    """Return the file of a split."""
+    return FOLDER / f"{name}_{split}.npz"
+
+
+def load_split(name: str, split: str) -> tuple[DesignProblem, Pool]:
+    """Return a problem with one of its splits as it is shipped.
+
+    Raises:
+        ValueError: in one sentence, for an unknown name, or a file that is missing, edited or of
+            another version of the problem.
+    """
+    problem = make_problem(name)
+    check_split(problem, split)
+    path = split_path(name, split)
+    if not path.exists():
+        raise ValueError(f"{name} has no split {split} yet: make it with `pkm-gym splits {name}`")
+    known, found = manifest().get(path.name), sha256(path)
+    if known is None or known.sha256 != found:
+        wanted = known.sha256[:12] if known else "none"
+        raise ValueError(
+            f"{str(path)!r} was changed (sha256 {found[:12]}, expected {wanted}): "
+            f"restore it, or make it again with `pkm-gym splits {name}`"
+        )
+    return problem, Pool.load(path, problem)
+
+
+def manifest(folder: Path = FOLDER) -> dict[str, Entry]:
+    """Return what is known of the shipped files, by name."""
+    path = folder / MANIFEST
+    if not path.exists():
+        return {}
+    return {name: Entry(**values) for name, values in tomllib.loads(path.read_text()).items()}
+
+
+def write_manifest(entries: dict[str, Entry], folder: Path = FOLDER) -> None:
+    """Write the manifest; the file appears whole or not at all."""
+    lines = ["# Written by `pkm-gym splits`: what the split files must be, and what they cost."]
+    for name, entry in sorted(entries.items()):
+        lines += [
+            f'\n["{name}"]',
+            f'sha256 = "{entry.sha256}"',
+            f"evaluations = {entry.evaluations}",
+            f"seconds = {entry.seconds:.1f}",
+        ]
+    temporary = folder / f".{MANIFEST}.{os.getpid()}"
+    temporary.write_text("\n".join(lines) + "\n")
+    temporary.replace(folder / MANIFEST)
+
+
+def sha256(path: Path) -> str:
+    """Return the sha256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

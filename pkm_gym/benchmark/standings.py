@@ -1,0 +1,178 @@
+"""Standings: the logs of several methods, read, measured and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from pkm_gym.benchmark.methods import METHODS, Cost, find_method
+from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.scoring import (
+    SCORED,
+    Duel,
+    Interval,
+    duel,
+    interval,
+    median,
+    over_seeds,
+    regrets,
+    score,
+    violations,
+)
+from pkm_gym.benchmark.splits import SPLITS, load_split, manifest, sha256, split_path
+from pkm_gym.core.types import FloatArray
+
+AT = (1, 2, 4, 8, 12, 24, 60, 120, 300)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What one method did, all of its seeds.
+
+    Attributes:
+        setting: how it was run, with its first seed.
+        rows: array (n,), the solvable tasks of the split that it was run on.
+        regret: array (seeds, n, budget).
+        violation: array (seeds, unsolvable tasks, budget), see ``scoring.violations``.
+        seconds: wall time for one design, the mean over all that it evaluated.
+        version: of pkm_gym.
+        command: what wrote its log.
+    """
+
+    setting: Setting
+    rows: npt.NDArray[np.int64]
+    regret: FloatArray
+    violation: FloatArray
+    seconds: float
+    version: str
+    command: str
+
+    @property
+    def name(self) -> str:
+        """The method's name, with what differs from an ordinary run."""
+        words = [self.setting.method]
+        if 0 < self.setting.pool < SPLITS["train"]:
+            words.append(f"pool {self.setting.pool}")
+        if self.setting.noise:
+            words.append(f"noise {self.setting.noise:g}")
+        if self.setting.delay:
+            words.append(f"delay {self.setting.delay:g} s")
+        return ", ".join(words)
+
+    @property
+    def track(self) -> str:
+        """The track: methods of different tracks are never ranked in one table."""
+        return f"{self.setting.start} start, {self.setting.knowledge}"
+
+    @property
+    def seeds(self) -> int:
+        """How many seeds it was run with."""
+        return len(self.regret)
+
+    @cached_property
+    def score(self) -> Interval:
+        """The headline score with its bootstrap interval."""
+        return interval(score, self.regret[:, :, :SCORED])
+
+    def median(self, k: int) -> float:
+        """Return the median regret after k evaluations, of the seeds the median."""
+        return over_seeds(median(k), self.regret)
+
+    def has(self, k: int) -> bool:
+        """Return whether it was allowed k evaluations."""
+        return k <= self.setting.budget
+
+    @property
+    def cost(self) -> Cost:
+        """What was spent before the first task: its share of the pool, and its training."""
+        pool = manifest()[split_path(self.setting.problem, "train").name]
+        share = self.setting.pool / SPLITS["train"]
+        known = self.setting.method in METHODS or ":" in self.setting.method
+        training = find_method(self.setting.method).training if known else None
+        own = training or Cost(0, 0.0)
+        return Cost(
+            round(share * pool.evaluations) + own.evaluations, share * pool.seconds + own.seconds
+        )
+
+
+def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
+    """Measure logs of one problem and split; those that differ in their seed make one entry.
+
+    Returns:
+        The entries, highest score first.
+
+    Raises:
+        ValueError: in one sentence, for logs of several problems, splits or versions of them, or
+            seeds that were run on different tasks.
+    """
+    groups: dict[Setting, list[EvaluationLog]] = {}
+    for log in sorted(logs, key=lambda log: log.setting.seed):
+        groups.setdefault(replace(log.setting, seed=0), []).append(log)
+    places = {(log.setting.problem, log.setting.split) for log in logs}
+    if len(places) != 1:
+        names = ", ".join(" ".join(place) for place in sorted(places)) or "none"
+        raise ValueError(f"the logs must be of one problem and split, they are of: {names}")
+    return sorted(map(_entry, groups.values()), key=lambda entry: -entry.score.value)
+
+
+def _entry(logs: Sequence[EvaluationLog]) -> Entry:
+    how = logs[0].setting
+    problem, split = load_split(how.problem, how.split)
+    if (how.hash, how.sha256) != (problem.hash(), sha256(split_path(how.problem, how.split))):
+        raise ValueError(
+            f"the log of {how.method} belongs to another version of {how.problem} or its "
+            f"{how.split} split: run it again"
+        )
+    rows = logs[0].rows
+    for log in logs:
+        if not np.array_equal(log.rows, rows):
+            raise ValueError(
+                f"the seeds of {how.method} were run on different tasks ({len(rows)} with seed "
+                f"{how.seed}, {len(log)} with seed {log.setting.seed}): run them again"
+            )
+    return Entry(
+        setting=how,
+        rows=rows[split.solvable[rows]],
+        regret=np.array([regrets(log, problem, split) for log in logs]),
+        violation=np.array([violations(log, problem, split) for log in logs]),
+        seconds=sum(log.seconds.sum() for log in logs)
+        / max(1, sum(log.counts.sum() for log in logs)),
+        version=logs[0].version,
+        command=logs[0].command,
+    )
+
+
+def compare(one: Entry, k: int, other: Entry, other_k: int) -> Duel:
+    """Compare one method after k evaluations with another after its own number of them.
+
+    On the tasks that both were run on.
+    """
+    shared = np.intersect1d(one.rows, other.rows)
+    pair = ((one, k), (other, other_k))
+    return duel(*(e.regret[:, np.searchsorted(e.rows, shared), at - 1] for e, at in pair))
+
+
+def pays_after(entry: Entry, others: Iterable[Entry], k: int = SCORED) -> float | None:
+    """Return after how many tasks the cost before the first one is made up for.
+
+    Counted in evaluations: on each task the method needs k, and the fastest of the *scratch*
+    methods as many as bring its median regret as low; where none gets there, the largest number
+    that one was allowed, so that the answer is too large rather than too small. None if nothing is
+    saved.
+    """
+    target = entry.median(k)
+    scratch = [other for other in others if other.setting.knowledge == "scratch"]
+    needed = []
+    for other in scratch:
+        medians = np.median(np.quantile(other.regret, 0.5, axis=1, method="higher"), axis=0)
+        reached = np.flatnonzero(medians <= target)
+        needed.append(reached[0] + 1 if len(reached) else np.inf)
+    fastest = min(needed, default=np.inf)
+    if not np.isfinite(fastest):
+        fastest = max((other.setting.budget for other in scratch), default=0)
+    saved = fastest - k
+    return entry.cost.evaluations / saved if saved > 0 else None

@@ -1,0 +1,180 @@
+"""Runs: counted, repeatable, kept as they grow; logs are read back or refused."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from pkm_gym.benchmark import EvaluationLog, find_method, load_split, regrets, run, score, setting
+
+GUESS = """
+@method(evaluations=20)
+def guess(problem, pool):
+    span = problem.high - problem.low
+    return proposing(lambda p, task, history: p.low + span * history.generator.random(len(span)))
+"""
+
+
+def same(one: EvaluationLog, other: EvaluationLog) -> None:
+    assert one.setting == other.setting
+    np.testing.assert_array_equal(one.rows, other.rows)
+    np.testing.assert_array_equal(one.designs, other.designs)
+
+
+def test_a_method_that_peeks_scores_one(shipped, own_methods):
+    problem, split = shipped
+    name = own_methods("""
+        @method()
+        def peek(problem, pool):
+            _, split = load_split(problem.name, "val")
+
+            def propose(problem, task, history):
+                row = int(np.flatnonzero((split.tasks == task).all(axis=1))[0])
+                return split.designs[row]
+
+            return proposing(propose)
+    """)
+    how = setting(problem.name, "val", f"{name}:peek", evaluations=12)
+    log = run(how, np.arange(20))
+    assert (log.counts == 12).all()
+    assert score(regrets(log, problem, split)) == 1.0
+
+
+def test_several_processes_find_what_one_does(shipped, own_methods):
+    problem, _ = shipped
+    name = own_methods(GUESS)
+    how = setting(problem.name, "val", f"{name}:guess", seed=5)
+    assert how.budget == 20  # the method takes no more
+    one = run(how, np.arange(10))
+    same(one, run(how, np.arange(10), jobs=2))
+    assert not np.array_equal(one.designs[0], one.designs[1])  # each task has its own numbers
+
+
+def test_a_run_goes_on_where_it_was(shipped, own_methods):
+    problem, _ = shipped
+    name = own_methods(GUESS)
+    how = setting(problem.name, "val", f"{name}:guess")
+    kept = []
+    whole = run(how, np.arange(9), keep=kept.append)
+    assert [len(log) for log in kept] == [4, 8, 9]
+    same(whole, run(how, np.arange(9), known=kept[0]))
+    same(run(how, np.arange(3)), run(how, np.arange(3), known=whole))
+
+
+def test_a_transfer_method_knows_the_pool_and_a_scratch_method_nothing(shipped, own_methods):
+    problem, split = shipped
+    name = own_methods("""
+        @method(knowledge="transfer", start="given")
+        def known(problem, pool):
+            def search(evaluator):
+                assert len(pool) == 100
+                evaluator.evaluate(evaluator.start)
+                evaluator.evaluate(pool.designs[:3])
+            return search
+
+        @method()
+        def unknown(problem, pool):
+            def search(evaluator):
+                assert len(pool) == 0
+                assert evaluator.start is None
+            return search
+    """)
+    log = run(setting(problem.name, "val", f"{name}:known", pool=100), np.arange(4))
+    assert (log.setting.start, log.setting.knowledge, log.setting.pool) == (
+        "given",
+        "transfer",
+        100,
+    )
+    assert (log.counts == 4).all()
+    np.testing.assert_array_equal(log.designs[:, 0], split.starts[:4])
+    _, train = load_split(problem.name, "train")
+    np.testing.assert_array_equal(log.designs[2, 1:4], train.designs[:3])
+    log = run(setting(problem.name, "val", f"{name}:unknown", pool=100), np.arange(4))
+    assert log.setting.pool == 0
+    assert (log.counts == 0).all()
+    assert np.isinf(regrets(log, problem, split)).all()
+
+
+def test_noise_is_told_to_the_method_but_not_scored(shipped, own_methods):
+    problem, split = shipped
+    name = own_methods("""
+        @method(evaluations=1)
+        def peek(problem, pool):
+            _, split = load_split(problem.name, "val")
+            rows = {task.tobytes(): i for i, task in enumerate(split.tasks)}
+            return proposing(lambda p, task, history: split.designs[rows[task.tobytes()]])
+    """)
+    log = run(setting(problem.name, "val", f"{name}:peek", noise=0.3), np.arange(8))
+    assert score(regrets(log, problem, split)) == 1.0
+
+
+def test_a_failing_method_is_named_with_its_task(shipped, own_methods):
+    problem, _ = shipped
+    name = own_methods("""
+        @method()
+        def bad(problem, pool):
+            def search(evaluator):
+                evaluator.evaluate(problem.low)
+                raise RuntimeError("no idea")
+            return search
+    """)
+    how = setting(problem.name, "val", f"{name}:bad")
+    sentence = r"bad failed on val task \d after 1 evaluations: RuntimeError: no idea"
+    for jobs in (1, 2):
+        with pytest.raises(ValueError, match=sentence):
+            run(how, np.arange(8), jobs=jobs)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"method": "randon"}, "unknown method 'randon'; did you mean 'random'?"),
+        ({"method": "no_such_module:it"}, "there is no module 'no_such_module'"),
+        ({"method": "pkm_gym:polish"}, "pkm_gym has no method 'polish'"),
+        ({"name": "diamant"}, "unknown mechanism 'diamant'; did you mean 'diamond'?"),
+        ({"split": "vall"}, "unknown split 'vall'; did you mean 'val'?"),
+        ({"evaluations": 0}, "evaluations is 0: it must be at least 1"),
+        ({"noise": -0.1}, "noise is -0.1: it must be at least 0"),
+        ({"noise": float("nan")}, "noise is nan: it must be at least 0"),
+        ({"pool": 5000}, "pool is 5000: there are 4096 training tasks"),
+    ],
+)
+def test_settings_are_refused_in_one_sentence(arguments, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        setting(**{"name": "diamond", "split": "val", "method": "random"} | arguments)
+
+
+def test_every_method_of_the_table_is_one():
+    from pkm_gym.benchmark import METHODS
+
+    for name in METHODS:
+        assert find_method(name).prepare.__doc__
+
+
+@pytest.fixture
+def log(shipped, own_methods) -> EvaluationLog:
+    name = own_methods(GUESS)
+    return run(setting(shipped[0].name, "val", f"{name}:guess"), np.arange(4), command="a test")
+
+
+def test_a_log_is_read_back_as_it_was_written(log, tmp_path):
+    log.save(tmp_path / "log.npz")
+    read = EvaluationLog.load(tmp_path / "log.npz")
+    same(log, read)
+    np.testing.assert_array_equal(log.seconds, read.seconds)
+    assert (read.version, read.command) == (log.version, "a test")
+
+
+def test_a_spoilt_log_is_refused_by_name(log, tmp_path):
+    path = tmp_path / "log.npz"
+    with pytest.raises(ValueError, match=r"log.npz' does not exist: expected an npz"):
+        EvaluationLog.load(path)
+    log.save(path)
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(ValueError, match=r"log.npz' is damaged or no npz file"):
+        EvaluationLog.load(path)
+    np.savez(path, rows=np.arange(3))
+    with pytest.raises(ValueError, match=r"log.npz' lacks designs"):
+        EvaluationLog.load(path)

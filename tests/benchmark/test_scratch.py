@@ -1,0 +1,146 @@
+"""Opponents that know no other tasks: counted, repeatable, in the box, better than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from pkm_gym.benchmark.evaluator import Evaluator, Spent
+from pkm_gym.benchmark.methods import METHODS, find_method
+from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend
+
+NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.benchmark.scratch:")]
+SEARCHES = ["cobyqa", "slsqp", "start+cobyqa", "de"]
+BUDGET = 120
+TASKS = 3
+
+
+def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Evaluator:
+    problem, split = shipped
+    found = find_method(name)
+    start = split.starts[row] if found.start == "given" else None
+    evaluator = Evaluator(problem, split.tasks[row], budget=budget, start=start, seed=seed)
+    with suppress(Spent):
+        found.prepare(problem, split)(evaluator)
+    return evaluator
+
+
+@pytest.fixture(scope="session")
+def searched(shipped) -> Callable[[str], list[Evaluator]]:
+    """Return what a method did on the first solvable tasks; it runs once."""
+    _, split = shipped
+    known: dict[str, list[Evaluator]] = {}
+
+    def of(name: str) -> list[Evaluator]:
+        if name not in known:
+            rows = np.flatnonzero(split.solvable)[:TASKS]
+            known[name] = [search(name, shipped, int(row)) for row in rows]
+        return known[name]
+
+    return of
+
+
+def reached(evaluators: list[Evaluator]) -> float:
+    """Return the median over tasks of the lowest log merit of a feasible design."""
+    return float(np.median([e.log_merit[e.feasible].min(initial=np.inf) for e in evaluators]))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_counted_is_what_was_evaluated(name, shipped, monkeypatch):
+    problem, split = shipped
+    evaluate, seen = problem.evaluate, []
+
+    def instrumented(designs, tasks=None):
+        seen.extend(np.array(designs))
+        np.testing.assert_array_equal(tasks, split.tasks[:1])
+        return evaluate(designs, tasks)
+
+    monkeypatch.setattr(problem, "evaluate", instrumented)
+    evaluator = search(name, shipped, 0, budget=40)
+    assert evaluator.count == len(seen) == 40
+    np.testing.assert_array_equal(evaluator.designs, seen)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_same_seed_repeats_every_design(name, shipped):
+    one, other = (search(name, shipped, 0, budget=60, seed=7).designs for _ in range(2))
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("name", ["random", "sobol", "de"])
+def test_another_seed_gives_other_designs(name, shipped):
+    one, other = (search(name, shipped, 0, budget=8, seed=seed).designs for seed in (1, 2))
+    assert not np.isin(one, other).any()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_stays_in_the_box_and_mostly_finds_feasible_designs(name, searched, shipped):
+    problem, _ = shipped
+    for evaluator in searched(name):
+        designs = evaluator.designs
+        assert len(designs) == BUDGET
+        assert (designs >= problem.low).all()
+        assert (designs <= problem.high).all()
+    assert np.isfinite(reached(searched(name)))
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+def test_a_search_beats_chance_at_equal_evaluations(name, searched):
+    assert reached(searched(name)) < reached(searched("random"))
+
+
+@pytest.mark.parametrize("name", ["cobyqa", "slsqp"])
+def test_no_point_is_paid_for_twice(name, searched):
+    for evaluator in searched(name):
+        assert len(np.unique(evaluator.designs, axis=0)) == BUDGET
+
+
+def test_the_differences_of_slsqp_are_counted(searched, shipped):
+    problem, _ = shipped
+    span = problem.high - problem.low
+    first = searched("slsqp")[0].designs[: len(span) + 1]
+    moved = (first[1:] - first[0]) / span
+    np.testing.assert_allclose(first[0], 0.5 * (problem.low + problem.high), rtol=1e-14)
+    np.testing.assert_allclose(np.abs(moved), DIFFERENCE * np.eye(len(span)), rtol=1e-6, atol=1e-12)
+
+
+def test_the_given_start_is_evaluated_first_and_paid_for(searched, shipped):
+    _, split = shipped
+    rows = np.flatnonzero(split.solvable)[:TASKS]
+    firsts = [evaluator.designs[0] for evaluator in searched("start+cobyqa")]
+    np.testing.assert_allclose(firsts, split.starts[rows], rtol=1e-14)
+
+
+def test_descending_from_near_the_optimum_comes_closer(shipped):
+    problem, split = shipped
+    row = int(np.flatnonzero(split.solvable)[0])
+    near = 0.99 * split.designs[row] + 0.01 * split.starts[row]
+    evaluator = Evaluator(problem, split.tasks[row], budget=200)
+    descend(evaluator, near, 0.002)
+    optimum = problem.evaluate(split.designs[row][None], split.tasks[row][None]).log_merit[0]
+    regrets = evaluator.log_merit - optimum
+    assert -1e-9 < regrets[evaluator.feasible].min() < 1e-2 * abs(regrets[0])
+
+
+def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):
+    problem, split = shipped
+    evaluator = Evaluator(problem, split.tasks[0], budget=500)
+    cube = UnitCube(evaluator)
+    offsets, undefined = [], 0
+    for point in rng.random((500, cube.dimensions)):
+        evaluation = cube.evaluate(point)
+        value, merit = cube.objective(point), evaluation.log_merit[0]
+        assert np.isfinite(value)
+        assert ((cube.limits(point) <= 0.0) == (evaluation.constraints[0] <= 0.0)).all()
+        if np.isnan(evaluation.objectives[0, 0]):
+            undefined += 1
+            assert value == merit
+        elif merit < 6.0:
+            penalty = np.maximum(evaluation.constraints[0], 0.0).sum()
+            offsets.append(merit - problem.penalty_weight * penalty - value)
+    assert undefined
+    assert evaluator.count == 500
+    np.testing.assert_allclose(offsets, offsets[0], atol=1e-9)

@@ -1,0 +1,129 @@
+"""The verbs of the benchmark: runs that go on where they were, tables, leaderboard, refusals."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pkm_gym.benchmark import SPLITS, EvaluationLog, load_split
+from pkm_gym.core.pool import Pool
+from pkm_gym.mechanisms import make_problem
+
+QUICK = ("--split", "val", "--tasks", 3, "--evaluations", 14, "--jobs", 1)
+FOLDER = Path("runs/diamond/benchmark/val")
+METHODS = ("--method", "random", "--method", "interpolated", "--method", "start+cobyqa")
+
+
+def test_benchmark_runs_methods_and_ranks_them_by_track(run):
+    result = run("benchmark", "diamond", *QUICK, *METHODS, "--seeds", 2)
+    assert result.exit_code == 0, result.output
+    for words in (
+        "diamond, val: regret in per cent",
+        "free start, scratch",
+        "free start, transfer",
+        "given start, scratch",
+        "interpolated after 12 evaluations is better on",
+        "What was spent before the first task",
+        "microseconds",
+        "written: runs/diamond/benchmark/val",
+    ):
+        assert words in result.output
+    logs = [EvaluationLog.load(path) for path in sorted(FOLDER.glob("*.npz"))]
+    assert {log.setting.method for log in logs} == {"random", "interpolated", "start+cobyqa"}
+    assert {log.setting.seed for log in logs} == {0, 1}
+    assert all(len(log) == 3 for log in logs)
+    assert {path.name for path in FOLDER.glob("*.png")} == {"regret.png", "solved.png"}
+    with (FOLDER / "table.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert rows[0]["method"] == "interpolated"
+    assert {row["tasks"] for row in rows} == {"3"}
+    assert {row["seeds"] for row in rows} == {"2"}
+
+
+def test_what_is_done_is_not_repeated_and_more_tasks_are_added(run):
+    path = FOLDER / "random-14-seed0.npz"
+    run("benchmark", "diamond", *QUICK, "--method", "random")
+    first, written = EvaluationLog.load(path), path.stat().st_mtime_ns
+    run("benchmark", "diamond", *QUICK, "--method", "random")
+    assert path.stat().st_mtime_ns == written
+    run("benchmark", "diamond", *QUICK[:3], 5, *QUICK[4:], "--method", "random")
+    second = EvaluationLog.load(path)
+    np.testing.assert_array_equal(second.designs[:3], first.designs)
+    np.testing.assert_array_equal(second.seconds[:3], first.seconds)
+    assert len(second) == 5
+
+
+def test_score_prints_the_same_score_from_the_logs(run):
+    ran = run("benchmark", "diamond", *QUICK, *METHODS).output
+    scored = run("score", *sorted(FOLDER.glob("*.npz")))
+    assert scored.exit_code == 0, scored.output
+    assert scored.output.strip() in ran
+
+
+def test_pool_sizes_are_drawn_against_regret(run):
+    words = ("--method", "interpolated", "--pool", 256, "--pool", 1024)
+    result = run("benchmark", "diamond", *QUICK, *words)
+    assert result.exit_code == 0, result.output
+    assert "interpolated, pool 256" in result.output
+    assert (FOLDER / "pool.png").exists()
+
+
+def test_the_leaderboard_keeps_one_line_a_method(run, tmp_path):
+    board = tmp_path / "board.csv"
+    words = ("benchmark", "diamond", *QUICK, "--leaderboard", board)
+    run(*words, "--method", "random")
+    run(*words, "--method", "random", "--method", "interpolated")
+    with board.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["method"] for row in rows] == ["random", "interpolated"]
+    assert all(row["command"] and row["version"] for row in rows)
+    board.write_text("a,b\n1,2\n")
+    result = run(*words, "--method", "random")
+    assert result.exit_code == 2
+    assert "board.csv' is no leaderboard" in result.stderr
+    assert board.read_text() == "a,b\n1,2\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("diamant",), "unknown mechanism 'diamant'; did you mean 'diamond'?"),
+        (("diamond", "--split", "train"), "methods are measured on val, test, ood"),
+        (("diamond", "--tasks", "999"), "--tasks is 999: test has 256 tasks"),
+        (("diamond", "--method", "cobya"), "unknown method 'cobya'; did you mean 'cobyqa'?"),
+        (("diamond", "--method", "nowhere:it"), "there is no module 'nowhere'"),
+    ],
+)
+def test_mistakes_are_answered_in_one_sentence(run, words, sentence):
+    result = run("benchmark", *words)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_score_refuses_what_is_no_log(run, tmp_path):
+    result = run("score", tmp_path / "none.npz")
+    assert result.exit_code == 2
+    assert "none.npz' does not exist" in result.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diamond", "spr3"])
+def test_the_command_makes_the_shipped_split_again(run, tmp_path, name):
+    result = run("splits", name, "--split", "val", "-o", tmp_path)
+    assert result.exit_code == 0, result.output
+    problem = make_problem(name)
+    made, shipped = Pool.load(tmp_path / f"{name}_val.npz", problem), load_split(name, "val")[1]
+    np.testing.assert_array_equal(made.tasks, shipped.tasks)
+    np.testing.assert_array_equal(made.solvable, shipped.solvable)
+    span = problem.high - problem.low
+    np.testing.assert_allclose(made.starts / span, shipped.starts / span, atol=1e-6)
+    solved = made.solvable
+    np.testing.assert_allclose(
+        made.designs[solved] / span, shipped.designs[solved] / span, atol=1e-6
+    )
+    np.testing.assert_allclose(made.optima[solved], shipped.optima[solved], rtol=1e-9)
+    assert len(made) == SPLITS["val"]
