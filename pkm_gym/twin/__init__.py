@@ -7,6 +7,7 @@ says otherwise. MuJoCo reads it when it is imported, which this package does aft
 import ctypes
 import os
 import sys
+from importlib import import_module
 
 
 def _draw_without_screen() -> None:
@@ -19,4 +20,12 @@ def _draw_without_screen() -> None:
     os.environ.setdefault("MUJOCO_GL", "egl")
 
 
+def _start() -> None:
+    try:
+        import_module("mujoco")
+    except RuntimeError as error:  # for a MUJOCO_GL that it doesn't know
+        raise OSError(f"MuJoCo does not start: {error}") from error
+
+
 _draw_without_screen()
+_start()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import sys
 
 import mujoco
@@ -144,3 +146,12 @@ def test_a_failed_movie_leaves_no_file(run, monkeypatch, tmp_path):
     assert result.exit_code == 2
     assert "libegl1" in result.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_way_to_draw_is_refused_in_one_sentence():
+    environment = {**os.environ, "MUJOCO_GL": "ogl"}
+    words = [sys.executable, "-m", "pkm_gym", "picture", "diamond"]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "pkm-gym: MuJoCo does not start: invalid value for environment" in done.stderr
+    assert "Traceback" not in done.stderr
