@@ -55,5 +55,5 @@ $(VENV)/.benchmark: $(BIN)/python $(SOURCES)
 
 $(VENV)/.dev: $(BIN)/python $(SOURCES)
 	@echo "pkm_gym: installing everything that the tests need into $(VENV) (once) ..."
-	$(INSTALL) -e ".[studies,agents,dev]"
+	$(INSTALL) -e ".[studies,agents,movies,dev]"
 	@touch $@ $(VENV)/.studies $(VENV)/.benchmark

@@ -33,6 +33,11 @@ VERBS = {
     "agent-eval": ("pkm_gym.agents.score:command", "Score trained agents on unseen tasks."),
     "train": ("pkm_gym.agents.train:command", "Train an agent that learns to design."),
     "tune": ("pkm_gym.agents.tune:command", "Search an algorithm's hyperparameters."),
+    "twin-check": ("pkm_gym.studies.twin_check:command", "Compare the models with MuJoCo."),
+    "validate": ("pkm_gym.studies.validate:command", "Try torque indices on simulated machines."),
+    "picture": ("pkm_gym.studies.camera:picture", "Photograph a design with MuJoCo."),
+    "movie": ("pkm_gym.studies.camera:movie", "Film a design on the paper's path."),
+    "export": ("pkm_gym.studies.camera:export", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
     "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
     "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
@@ -42,6 +47,8 @@ VERBS = {
 # module -> the extra that brings it
 EXTRAS = {
     "cmaes": "studies",
+    "imageio": "movies",
+    "imageio_ffmpeg": "movies",
     "netCDF4": "studies",
     "optuna": "studies",
     "optuna_dashboard": "studies",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pkm_gym
+import pkm_gym.twin  # before any test imports mujoco: it chooses how to draw without a screen
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
 

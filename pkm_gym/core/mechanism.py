@@ -51,6 +51,7 @@ class Mechanism(ABC):
     twist_names: ClassVar[tuple[str, ...]]
     joint_names: ClassVar[tuple[str, ...]]
     drawn_axes: ClassVar[tuple[str, str]] = ("x", "y")  # of the drawing plane
+    twin_module: ClassVar[str] = ""  # the module that builds its MuJoCo twin, none if empty
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.

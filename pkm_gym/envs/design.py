@@ -17,7 +17,7 @@ from pkm_gym.envs.checks import finite
 from pkm_gym.envs.infos import Info, reset_info, single, step_info
 from pkm_gym.envs.observation import observation_layout, observe
 from pkm_gym.envs.opening import Opening
-from pkm_gym.envs.rendering import Frame, Window, frame
+from pkm_gym.envs.rendering import Frame, Painter, Window
 from pkm_gym.envs.rules import Rules
 from pkm_gym.envs.session import Session
 from pkm_gym.mechanisms import make_problem
@@ -127,6 +127,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         start: str = "centre",
         pool: str | os.PathLike[str] | None = None,
         render_mode: str | None = None,
+        renderer: str = "matplotlib",
         **arguments: Any,
     ) -> None:
         """Make the environment of a design problem.
@@ -144,6 +145,8 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
             start: "centre", "random" or "pool".
             pool: file of solved tasks, as ``pkm-gym solve-tasks`` writes it.
             render_mode: "rgb_array", "human" or None.
+            renderer: "matplotlib": a sheet with the machine, its map and its numbers; "mujoco": the
+                machine as a camera sees it, which needs OpenGL.
             arguments: of the problem, see ``pkm_gym.make_problem``: ``task``, ``objective``,
                 ``free``, ``fixed``, ``bounds`` and its options.
 
@@ -166,6 +169,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.problem.low),), np.float32)
         self.render_mode = render_mode
         self.session = Session(self.problem, self.rules, 1)
+        self.painter = Painter(self.problem, renderer)
         self.evaluation: Evaluation | None = None  # of the latest step
         self._window = Window()
 
@@ -206,15 +210,16 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         if self.render_mode is None:
             gym.logger.warn("render() draws nothing: make the environment with a render_mode")
             return None
-        shown = self.problem, self.session.last[0], self.session.tasks[0]
+        shown = self.session.last[0], self.session.tasks[0]
         if self.render_mode == "rgb_array":
-            return frame(*shown)
-        self._window.show(*shown)
+            return self.painter.frame(*shown)
+        self._window.show(self.painter, *shown)
         return None
 
     def close(self) -> None:
-        """Close the window."""
+        """Close the window and the camera."""
         self._window.close()
+        self.painter.close()
 
     def _observation(self) -> Observation:
         return observe(self.problem, self.session.tasks, self.session)[0]

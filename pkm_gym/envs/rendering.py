@@ -1,4 +1,4 @@
-"""Pictures of a session's designs; matplotlib is imported when the first one is asked for."""
+"""Pictures of a session's designs; what draws them is imported when the first is asked for."""
 
 from __future__ import annotations
 
@@ -7,17 +7,60 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
 Frame = npt.NDArray[np.uint8]
 
 
-def frame(problem: DesignProblem, design: FloatArray, task: FloatArray) -> Frame:
-    """Return the picture (height, width, 3) of a design (d,) on a packed task (m,)."""
-    from pkm_gym.plots import design_figure, figure_to_array
+RENDERERS = ("matplotlib", "mujoco")
+BLANK = 235  # grey of a picture without a machine
 
-    return figure_to_array(design_figure(problem, design, problem.unpack(task)))
+
+class Painter:
+    """Draws a problem's designs: as a sheet with map and numbers, or as MuJoCo's camera sees them.
+
+    Args:
+        problem: whose designs are drawn.
+        renderer: "matplotlib" or "mujoco", which needs OpenGL; started with the first picture.
+
+    Raises:
+        ValueError: for another renderer, with its closest match.
+    """
+
+    def __init__(self, problem: DesignProblem, renderer: str) -> None:
+        check_known("renderer", [renderer], RENDERERS)
+        self.problem, self.renderer = problem, renderer
+        self._camera: Any = None
+
+    def frame(self, design: FloatArray, task: FloatArray) -> Frame:
+        """Return the picture (height, width, 3) of a design (d,) on a packed task (m,).
+
+        Raises:
+            OSError: where MuJoCo can't draw.
+        """
+        if self.renderer == "mujoco":
+            return self._photograph(design, task)
+        from pkm_gym.plots import design_figure, figure_to_array
+
+        return figure_to_array(design_figure(self.problem, design, self.problem.unpack(task)))
+
+    def close(self) -> None:
+        """Give OpenGL back."""
+        if self._camera is not None:
+            self._camera.close()
+
+    def _photograph(self, design: FloatArray, task: FloatArray) -> Frame:
+        from pkm_gym.twin.camera import Camera, picture
+
+        if self._camera is None:
+            self._camera = Camera()
+        try:
+            machine = self.problem.mechanism(design, self.problem.unpack(task))
+            return picture(machine, self._camera)
+        except ValueError:  # no machine, or one that reaches nothing
+            return np.full((self._camera.height, self._camera.width, 3), BLANK, dtype=np.uint8)
 
 
 class Window:
@@ -26,17 +69,17 @@ class Window:
     def __init__(self) -> None:
         self._figure: Any = None
 
-    def show(self, problem: DesignProblem, design: FloatArray, task: FloatArray) -> None:
+    def show(self, painter: Painter, design: FloatArray, task: FloatArray) -> None:
         """Show a design (d,) on a packed task (m,)."""
         if not _interactive():
             return
         from matplotlib import pyplot
 
         if self._figure is None:
-            self._figure = pyplot.figure(problem.title, figsize=(10.0, 6.0))
+            self._figure = pyplot.figure(painter.problem.title, figsize=(10.0, 6.0))
         self._figure.clear()
         axes = self._figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.imshow(frame(problem, design, task))
+        axes.imshow(painter.frame(design, task))
         axes.set_axis_off()
         pyplot.pause(0.001)
 

@@ -19,7 +19,7 @@ from pkm_gym.envs.checks import check_whole, finite
 from pkm_gym.envs.design import DesignEnv, Observation
 from pkm_gym.envs.infos import Info, merge, reset_info, select, step_info
 from pkm_gym.envs.observation import observe
-from pkm_gym.envs.rendering import Frame, frame
+from pkm_gym.envs.rendering import Frame
 from pkm_gym.envs.session import Rows, Session
 
 
@@ -68,7 +68,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
             check_known("render_mode", [render_mode], ["rgb_array"])
         one = DesignEnv(problem, **arguments)
         self.problem, self.rules, self.opening = one.problem, one.rules, one.opening
-        self.observation_layout = one.observation_layout
+        self.observation_layout, self.painter = one.observation_layout, one.painter
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.render_mode = render_mode
@@ -161,7 +161,11 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
             logger.warn("render() draws nothing: make the environments with a render_mode")
             return None
         shown = zip(self.session.last, self.session.tasks, strict=True)
-        return tuple(frame(self.problem, design, task) for design, task in shown)
+        return tuple(self.painter.frame(design, task) for design, task in shown)
+
+    def close_extras(self, **_: Any) -> None:
+        """Close the camera."""
+        self.painter.close()
 
     def _open(self, rows: Rows, options: dict[str, Any] | None = None) -> None:
         generators = [self._seeded[row][0] for row in rows]

@@ -81,3 +81,47 @@ def test_human_mode_shows_each_step_in_one_window(fixed_id, make, monkeypatch):
     assert len(shown) == 2
     env.close()
     assert pyplot.get_fignums() == []
+
+
+@pytest.fixture
+def photographed(monkeypatch):
+    """The machines that the camera was shown; each picture is grey."""
+    from pkm_gym.twin import camera
+
+    machines = []
+
+    def shot(self, twin):
+        machines.append(twin.mechanism)
+        return np.full((self.height, self.width, 3), 128, dtype=np.uint8)
+
+    monkeypatch.setattr(camera.Camera, "shot", shot)
+    return machines
+
+
+def test_mujoco_draws_the_machine_of_the_design_evaluated_last(env_id, make, photographed):
+    env = make(env_id, render_mode="rgb_array", renderer="mujoco")
+    env.reset(seed=0)
+    *_, info = env.step(np.zeros(env.action_space.shape))
+    assert env.render().shape == (960, 1280, 3)
+    design, task = env.problem.design(info["design"]), env.session.tasks[0]
+    assert photographed == [env.problem.mechanism(design, env.problem.unpack(task))]
+    env.close()
+
+
+def test_mujoco_leaves_the_picture_blank_where_there_is_no_machine(make, photographed):
+    env = make("PKM/Diamond-v0", render_mode="rgb_array", renderer="mujoco", bounds={"gap": (3, 4)})
+    env.reset(seed=0)
+    assert np.unique(env.render()).size == 1
+    assert photographed == []
+
+
+def test_the_vector_environment_takes_the_renderer_too(photographed):
+    envs = gym.make_vec("PKM/SPR3-v0", num_envs=2, render_mode="rgb_array", renderer="mujoco")
+    envs.reset(seed=0)
+    assert len(envs.render()) == len(photographed) == 2
+    envs.close()
+
+
+def test_an_unknown_renderer_is_refused_with_its_closest_match(make):
+    with pytest.raises(ValueError, match="unknown renderer 'mujco'; did you mean 'mujoco'"):
+        make("PKM/Diamond-v0", renderer="mujco")

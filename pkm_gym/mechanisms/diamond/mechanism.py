@@ -48,6 +48,7 @@ class Diamond(Mechanism):
     pose_names = ("x", "y")
     twist_names = ("vx", "vy")
     joint_names = ("theta_1", "theta_2")
+    twin_module = "pkm_gym.mechanisms.diamond.twin"
 
     def inverse_kinematics(self, pose: FloatArray) -> FloatArray:
         """Return the arm angles (..., 2), rad, elbows outwards; NaN out of reach. Eq. (2)."""

@@ -54,6 +54,7 @@ class Spr3(Mechanism):
     twist_names = ("vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3")
     drawn_axes = ("x", "z")
+    twin_module = "pkm_gym.mechanisms.spr3.twin"
     range_slack: ClassVar[float] = 1e-9  # a leg this share beyond its range still counts as within
 
     def __post_init__(self) -> None:

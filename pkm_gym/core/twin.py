@@ -1,0 +1,242 @@
+"""What the mechanisms' MuJoCo twins share: solver settings, loops, drives, and their stage.
+
+Every twin stands in a body ``machine`` whose frame is the mechanism's own, marked by the site
+``origin``; the site ``tcp`` is the point whose velocity is the mechanism's twist. Each joint that
+is driven bears the mechanism's name for it and has its value, so does a servo ``servo_NAME`` whose
+control is the wanted value less the one of the pose that the twin was built at, and a motor
+``motor_NAME`` (N or N m). Every equality is a ``connect`` that closes a loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from pkm_gym.core.types import FloatArray
+
+COLORS: dict[str, tuple[tuple[float, float, float], float, float]] = {  # rgb, specular, reflectance
+    "base": ((0.20, 0.21, 0.23), 0.4, 0.0),
+    "arm": ((0.07, 0.20, 0.36), 0.7, 0.0),
+    "rod": ((0.36, 0.56, 0.74), 0.7, 0.0),
+    "metal": ((0.78, 0.79, 0.81), 1.0, 0.0),
+    "platform": ((0.92, 0.58, 0.06), 0.6, 0.0),
+    "floor": ((0.93, 0.94, 0.95), 0.0, 0.0),
+}
+LIGHTS = (((-0.5, -0.8, 1.9), 0.42, True), ((1.6, -0.9, 0.9), 0.2, False))  # towards it, strength
+BANDWIDTH = 150.0  # rad/s, of the servos
+FIELD_OF_VIEW = 24.0  # deg, of the camera
+ALUMINIUM, STEEL = 2700.0, 7850.0  # kg/m^3
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Time step and how hard the loops are closed; MuJoCo's defaults leave millimetres of error.
+
+    Attributes:
+        timestep: s.
+        solref: time constant (s) and damping ratio of the loops.
+        solimp: impedance of the loops.
+    """
+
+    timestep: float
+    solref: tuple[float, float]
+    solimp: tuple[float, float, float, float, float] = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+    def __str__(self) -> str:
+        """Return the settings as the table of the check shows them."""
+        return (
+            f"timestep {self.timestep:g} s, implicitfast, Newton 1e-14, "
+            f"solref {self.solref[0]:g} {self.solref[1]:g}, solimp {self.solimp[0]:g}"
+        )
+
+
+class Course(NamedTuple):
+    """A motion of the platform at equal time steps.
+
+    Poses and twists are (n, k), so are accelerations where the mechanism has dynamics; the duration
+    is in seconds.
+    """
+
+    duration: float
+    poses: FloatArray
+    twists: FloatArray
+    accelerations: FloatArray | None = None
+
+
+def new_spec(name: str, solver: Solver) -> mujoco.MjSpec:
+    """Return an empty model in radians, without contacts, with the solver and the colours set."""
+    spec = mujoco.MjSpec()
+    spec.modelname = name
+    spec.compiler.degree = False
+    option = spec.option
+    option.timestep = solver.timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.tolerance = 1e-14
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    for color, (rgb, specular, reflectance) in COLORS.items():
+        spec.add_material(
+            name=color, rgba=[*rgb, 1.0], specular=specular, shininess=0.6, reflectance=reflectance
+        )
+    return spec
+
+
+def add_machine(spec: mujoco.MjSpec, rotation: FloatArray, height: float) -> Any:
+    """Add the body ``machine`` with its origin at a height (m) over the floor; return it.
+
+    ``rotation`` (3, 3) holds the mechanism's axes as columns, in a world whose z points up.
+    """
+    machine = spec.worldbody.add_body(name="machine", pos=[0, 0, height], quat=quaternion(rotation))
+    machine.add_site(name="origin", size=[0.001] * 3, group=4)
+    return machine
+
+
+def close_loop(spec: mujoco.MjSpec, name: str, sites: tuple[str, str], solver: Solver) -> None:
+    """Keep two sites in one place."""
+    spec.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=sites[0],
+        name2=sites[1],
+        solref=solver.solref,
+        solimp=solver.solimp,
+    )
+
+
+def add_drive(
+    spec: mujoco.MjSpec,
+    joint: str,
+    home: float,
+    inertia: float,
+    span: tuple[float, float] | None = None,
+) -> None:
+    """Add a servo and a motor to a joint.
+
+    Args:
+        spec: the model.
+        joint: the joint's name.
+        home: its value at the pose of the twin, where the servo's control is 0.
+        inertia: what the servo moves, kg or kg m^2; it is critically damped with this one.
+        span: least and greatest value that the servo takes.
+    """
+    kp, kv = inertia * BANDWIDTH**2, 2.0 * inertia * BANDWIDTH
+    common: dict[str, Any] = {"target": joint, "trntype": mujoco.mjtTrn.mjTRN_JOINT}
+    if span is not None:
+        common |= {"ctrlrange": [span[0] - home, span[1] - home], "ctrllimited": True}
+    spec.add_actuator(
+        name=f"servo_{joint}",
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gainprm=[kp, *[0.0] * 9],
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        biasprm=[kp * home, -kp, -kv, *[0.0] * 7],
+        **common,
+    )
+    spec.add_actuator(
+        name=f"motor_{joint}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT, gear=[1.0] + [0] * 5
+    )
+
+
+def add_stage(
+    spec: mujoco.MjSpec, centre: Sequence[float], size: float, seen_from: Sequence[float]
+) -> None:
+    """Add the floor, the lights and the camera ``picture``.
+
+    Args:
+        spec: the model.
+        centre: (3,), m, in the world: what the camera looks at.
+        size: m, diameter of what it sees.
+        seen_from: (3,), direction from the centre to the camera.
+    """
+    world, middle = spec.worldbody, np.asarray(centre, dtype=float)
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.80, 0.86, 0.93],
+        rgb2=[0.97, 0.98, 0.99],
+        width=32,
+        height=192,
+    )
+    world.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.1],
+        material="floor",
+        contype=0,
+        conaffinity=0,
+    )
+    away = np.asarray(seen_from, dtype=float)
+    away /= np.linalg.norm(away)
+    right = np.cross([0.0, 0.0, 1.0], away)
+    right /= np.linalg.norm(right)
+    distance = 0.5 * size / np.tan(0.5 * np.radians(FIELD_OF_VIEW))
+    world.add_camera(
+        name="picture",
+        pos=middle + distance * away,
+        quat=quaternion(np.stack([right, np.cross(away, right), away], axis=-1)),
+        fovy=FIELD_OF_VIEW,
+    )
+    for toward, strength, shadow in LIGHTS:
+        world.add_light(
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            pos=middle + 1.5 * size * np.asarray(toward),
+            dir=-np.asarray(toward),
+            diffuse=[strength] * 3,
+            specular=[0.5 * strength] * 3,
+            castshadow=shadow,
+        )
+    visual = spec.visual
+    visual.headlight.ambient = [0.46] * 3
+    visual.headlight.diffuse = [0.16] * 3
+    visual.headlight.specular = [0.0] * 3
+    visual.rgba.haze = [0.97, 0.98, 0.99, 1.0]
+    visual.map.haze = 0.5
+    visual.map.shadowclip = 2.0
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1440
+    visual.quality.shadowsize = 8192
+    visual.quality.offsamples = 8
+    visual.quality.numslices = 64
+    spec.stat.center, spec.stat.extent = middle, size
+
+
+def add_bar(body: Any, ends: Sequence[Any], radius: float, color: str, **more: Any) -> None:
+    """Add a round bar between two points (3,) of the body's frame; without mass by itself."""
+    _add_geom(body, mujoco.mjtGeom.mjGEOM_CAPSULE, ends, radius, color, more)
+
+
+def add_cylinder(body: Any, ends: Sequence[Any], radius: float, color: str, **more: Any) -> None:
+    """Add a cylinder between the centres (3,) of its faces; without mass by itself."""
+    _add_geom(body, mujoco.mjtGeom.mjGEOM_CYLINDER, ends, radius, color, more)
+
+
+def _add_geom(
+    body: Any, kind: Any, ends: Sequence[Any], radius: float, color: str, more: Any
+) -> None:
+    fromto = np.concatenate([np.asarray(end, dtype=float) for end in ends])
+    body.add_geom(
+        type=kind, fromto=fromto, size=[radius, 0.0, 0.0], material=color,
+        **{"density": 0.0, "contype": 0, "conaffinity": 0, **more},
+    )  # fmt: skip
+
+
+def quaternion(rotation: FloatArray) -> FloatArray:
+    """Return the unit quaternion (4,), scalar first, of a rotation matrix (3, 3)."""
+    found = np.empty(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(rotation, dtype=float).ravel())
+    return found
+
+
+def check_reach(reached: FloatArray, pose: FloatArray) -> None:
+    """Refuse to build a twin at a pose whose joints are not all finite.
+
+    Raises:
+        ValueError: where the pose is out of reach.
+    """
+    if not np.isfinite(reached).all():
+        shown = ", ".join(f"{x:.6g}" for x in np.ravel(pose))
+        raise ValueError(f"no twin stands at the pose ({shown}): it is out of the machine's reach")

@@ -1,0 +1,202 @@
+"""A twin that stands, moves and is measured: MuJoCo's model of a mechanism, and its state."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from pkm_gym.core.mechanism import Mechanism
+from pkm_gym.core.trajectory import polynomial_345
+from pkm_gym.core.types import FloatArray
+
+RAMP, HOLD = 0.3, 1.5  # s: the servos' way to a pose, and the longest wait there
+STILL = 1e-9  # m/s or rad/s, of every coordinate of a settled twin
+CHUNK = 0.01  # s, between two looks at a twin that settles
+CONTROLS = 60  # wanted values along the way
+
+
+class Settled(NamedTuple):
+    """Where the servos hold a twin: joints (k,), and the platform's frame (3, 4)."""
+
+    joints: FloatArray
+    frame: FloatArray
+
+
+def twin_module(mechanism: Mechanism) -> ModuleType:
+    """Return the module that builds a mechanism's twin.
+
+    Raises:
+        ValueError: for a mechanism that has none.
+    """
+    if not mechanism.twin_module:
+        raise ValueError(f"{type(mechanism).__name__} has no MuJoCo twin")
+    return import_module(mechanism.twin_module)
+
+
+class Twin:
+    """A mechanism's twin, built at a pose.
+
+    Args:
+        mechanism: the machine.
+        home: array (k,), the pose at which it is assembled.
+        lumped: build the variant that the mechanism's own dynamics describes.
+
+    Raises:
+        ValueError: for a pose out of reach, or a mechanism without a twin.
+    """
+
+    def __init__(self, mechanism: Mechanism, home: FloatArray, *, lumped: bool = False) -> None:
+        self.mechanism = mechanism
+        self.home = np.asarray(home, dtype=float)
+        self.module = twin_module(mechanism)
+        build = self.module.build_lumped if lumped else self.module.build
+        self.model = build(mechanism, self.home).compile()
+        self.data = mujoco.MjData(self.model)
+        self.origin, self.tool = (self.model.site(name).id for name in ("origin", "tcp"))
+        self.loops = np.stack([self.model.eq_obj1id, self.model.eq_obj2id], axis=-1)
+        joints = [self.model.joint(name) for name in mechanism.joint_names]
+        self.values = np.array([joint.qposadr[0] for joint in joints])
+        self.rates = np.array([joint.dofadr[0] for joint in joints])
+        self.passive = np.setdiff1d(np.arange(self.model.nv), self.rates)
+        self.servos, self.motors = (
+            np.array([self.model.actuator(f"{kind}_{name}").id for name in mechanism.joint_names])
+            for kind in ("servo", "motor")
+        )
+        mujoco.mj_forward(self.model, self.data)
+
+    # Kinematics -----------------------------------------------------------------------------------
+
+    def coordinates(self, poses: FloatArray) -> FloatArray:
+        """Return MuJoCo's coordinates (n, nq) of analytic poses (n, k)."""
+        rows = np.empty((len(poses), self.model.nq))
+        for name, values in self.module.coordinates(self.mechanism, poses, self.home).items():
+            start, size = self.model.joint(name).qposadr[0], self.model.joint(name).qpos0.size
+            rows[:, start : start + size] = np.reshape(values, (len(poses), size))
+        return rows
+
+    def place(self, coordinates: FloatArray) -> None:
+        """Put the twin, at rest, where its coordinates (nq,) say."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = coordinates
+        mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def gap(self) -> float:
+        """How far the loops are open, m."""
+        ends = self.data.site_xpos[self.loops]
+        return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1).max())
+
+    @property
+    def frame(self) -> FloatArray:
+        """The platform's axes and position as columns (3, 4), in the mechanism's frame."""
+        axes = self._axes
+        position = axes.T @ (self.data.site_xpos[self.tool] - self.data.site_xpos[self.origin])
+        rotation = axes.T @ self.data.site_xmat[self.tool].reshape(3, 3)
+        return np.column_stack([rotation, position])
+
+    def tool_state(self) -> tuple[FloatArray, FloatArray]:
+        """Return the tool's position and velocity, as many coordinates as the twist has."""
+        size = len(self.mechanism.twist_names)
+        return self.frame[:size, 3], self._tool_jacobian() @ self.data.qvel
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """The Jacobian (twist, joints) by virtual work: passive rates follow from the loops."""
+        loops, tool = self._loop_jacobian(), self._tool_jacobian()
+        followed = -np.linalg.lstsq(loops[:, self.passive], loops[:, self.rates])[0]
+        return np.asarray(tool[:, self.rates] + tool[:, self.passive] @ followed)
+
+    def velocities(self, twist: FloatArray) -> FloatArray:
+        """Return the rates (nv,) of all coordinates that a twist asks for, the loops closed."""
+        loops, tool = self._loop_jacobian(), self._tool_jacobian()
+        wanted = np.concatenate([twist, np.zeros(len(loops))])
+        return np.asarray(np.linalg.lstsq(np.concatenate([tool, loops]), wanted)[0])
+
+    # Dynamics -------------------------------------------------------------------------------------
+
+    def drive_forces(self, twist: FloatArray, acceleration: FloatArray) -> FloatArray:
+        """Return the drives' forces (joints,), N or N m, of a state, by an exact KKT solve.
+
+        Mass matrix, bias and loop Jacobian are MuJoCo's; the loops are closed in acceleration too,
+        which its soft constraints do only nearly. Needs a twist that is the velocity of ``tcp``.
+        """
+        model, data = self.model, self.data
+        data.qvel[:] = self.velocities(twist)
+        mujoco.mj_forward(model, data)
+        loops, tool = self._loop_jacobian(), self._tool_jacobian()
+        wanted = np.concatenate([acceleration, np.zeros(len(loops))])
+        drift = np.concatenate([self._tool_drift(), self._loop_drift()])
+        rows = np.concatenate([tool, loops])
+        accelerations = np.linalg.lstsq(rows, wanted - drift @ data.qvel)[0]
+        mass = np.empty((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        forces = mass @ accelerations + data.qfrc_bias - data.qfrc_passive
+        driven = np.eye(model.nv)[:, self.rates]
+        solved = np.linalg.lstsq(np.concatenate([driven, loops.T], axis=1), forces)[0]
+        return np.asarray(solved[: len(self.rates)])
+
+    def settle(self, joints: FloatArray) -> Settled:
+        """Let the servos take the twin from home to joints (k,), against gravity, until it rests.
+
+        Raises:
+            RuntimeError: where it does not come to rest.
+        """
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        way = np.asarray(joints) - data.qpos[self.values]
+        steps = max(1, round(RAMP / CONTROLS / model.opt.timestep))
+        for k in range(CONTROLS):
+            data.ctrl[self.servos] = polynomial_345((k + 1) / CONTROLS)[0] * way
+            mujoco.mj_step(model, data, steps)
+        for _ in range(round(HOLD / CHUNK)):
+            mujoco.mj_step(model, data, round(CHUNK / model.opt.timestep))
+            if np.abs(data.qvel).max() < STILL:
+                break
+        else:
+            raise RuntimeError(f"the twin has not come to rest {HOLD:g} s after its move")
+        mujoco.mj_forward(model, data)
+        return Settled(data.qpos[self.values].copy(), self.frame)
+
+    def release(self) -> None:
+        """Switch the servos off; the motors stay."""
+        self.model.actuator_gainprm[self.servos] = 0.0
+        self.model.actuator_biasprm[self.servos] = 0.0
+
+    # What MuJoCo knows of a site ------------------------------------------------------------------
+
+    @property
+    def _axes(self) -> FloatArray:
+        return self.data.site_xmat[self.origin].reshape(3, 3)
+
+    def _site_jacobian(self, site: int) -> FloatArray:
+        rows = np.empty((3, self.model.nv))
+        mujoco.mj_jacSite(self.model, self.data, rows, None, site)
+        return rows
+
+    def _site_drift(self, site: int) -> FloatArray:
+        rows = np.empty((3, self.model.nv))
+        body, point = self.model.site_bodyid[site], self.data.site_xpos[site]
+        mujoco.mj_jacDot(self.model, self.data, rows, None, point, body)
+        return rows
+
+    def _tool_jacobian(self) -> FloatArray:
+        size = len(self.mechanism.twist_names)
+        return (self._axes.T @ self._site_jacobian(self.tool))[:size]
+
+    def _tool_drift(self) -> FloatArray:
+        size = len(self.mechanism.twist_names)
+        return (self._axes.T @ self._site_drift(self.tool))[:size]
+
+    def _loop_jacobian(self) -> FloatArray:
+        return np.concatenate([
+            self._site_jacobian(one) - self._site_jacobian(two) for one, two in self.loops
+        ])  # fmt: skip
+
+    def _loop_drift(self) -> FloatArray:
+        return np.concatenate([
+            self._site_drift(one) - self._site_drift(two) for one, two in self.loops
+        ])  # fmt: skip

@@ -1,0 +1,95 @@
+"""The analytic models agree with MuJoCo, and a model that does not is found out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym.twin.check import check, check_designs, random_designs
+
+ROWS = {
+    "diamond": {
+        "loop closure", "Jacobian", "settled position", "joint rates on the path",
+        "torques on the path", "the same, uniform rods",
+    },
+    "spr3": {
+        "loop closure", "Jacobian", "settled position", "settled axes", "joint rates on the path",
+    },
+}  # fmt: skip
+
+
+def broken(rows):
+    return {row.quantity: row.worst for row in rows if not row.holds}
+
+
+def test_the_printed_design_agrees(twinned, machine):
+    rows = check(machine)
+    assert {row.quantity for row in rows} == ROWS[twinned.name]
+    assert broken(rows) == {}
+
+
+def test_random_feasible_designs_agree(twinned):
+    rows = check_designs(twinned, random_designs(twinned, 3, seed=7))
+    assert broken(rows) == {}
+    assert all(set(row.design) == set(twinned.variable_names) for row in rows)
+
+
+@pytest.mark.slow
+def test_fifty_random_feasible_designs_agree(twinned):
+    assert broken(check_designs(twinned, random_designs(twinned, 50, seed=0))) == {}
+
+
+def test_uniform_rods_differ_from_the_lumped_model_by_a_few_percent():
+    problem = pkm_gym.make_problem("diamond")
+    (row,) = (r for r in check(problem.mechanism(problem.printed_design())) if r.limit is None)
+    assert 0.005 < row.worst < 0.05
+
+
+@pytest.mark.parametrize(("name", "dimension"), [("diamond", "l1"), ("spr3", "a")])
+def test_a_dimension_that_is_off_is_found_out(name, dimension, monkeypatch):
+    problem = pkm_gym.make_problem(name)
+    machine = problem.mechanism(problem.printed_design())
+    module = __import__(machine.twin_module, fromlist=["build"])
+    build = module.build
+
+    def wrong(one, pose):
+        return build(replace(one, **{dimension: 1.001 * getattr(one, dimension)}), pose)
+
+    monkeypatch.setattr(module, "build", wrong)
+    found = broken(check(machine, machine.sample_poses()))
+    assert {"loop closure", "Jacobian", "settled position"} <= set(found)
+    assert found["loop closure"] > 1e-4
+
+
+def test_a_wrong_inertia_is_found_out(monkeypatch):
+    problem = pkm_gym.make_problem("diamond")
+    machine = problem.mechanism(problem.printed_design())
+    module = __import__(machine.twin_module, fromlist=["build"])
+    build = module.build_lumped
+    monkeypatch.setattr(
+        module, "build_lumped", lambda one, pose: build(replace(one, I_A=1.001 * one.I_A), pose)
+    )
+    assert set(broken(check(machine))) == {"torques on the path"}
+
+
+def test_a_pose_out_of_reach_is_refused(machine):
+    with pytest.raises(ValueError, match="out of the machine's reach"):
+        check(machine, 10.0 * machine.sample_poses())
+
+
+def test_random_designs_are_feasible_and_repeat(twinned):
+    designs = random_designs(twinned, 20, seed=3)
+    assert designs.shape == (20, len(twinned.low))
+    assert twinned.evaluate(designs).feasible.all()
+    np.testing.assert_array_equal(designs, random_designs(twinned, 20, seed=3))
+    assert not np.array_equal(designs, random_designs(twinned, 20, seed=4))
+
+
+def test_too_few_feasible_designs_are_refused(monkeypatch):
+    monkeypatch.setattr("pkm_gym.twin.check.BATCHES", 2)
+    problem = pkm_gym.make_problem("diamond", bounds={"lam_e": (0.7, 0.75)})
+    with pytest.raises(ValueError, match=r"0 feasible designs among 2,048 random ones"):
+        random_designs(problem, 1, seed=0)

@@ -1,0 +1,145 @@
+"""A twin's masses, energies, drives and poses, against what the model says of them."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym.mechanisms.diamond.problem import REFERENCE
+from pkm_gym.twin.model import Twin
+
+
+@pytest.fixture
+def diamond():
+    problem = pkm_gym.make_problem("diamond")
+    return problem.mechanism(problem.printed_design())
+
+
+def mass_matrix(twin):
+    mass = np.empty((twin.model.nv, twin.model.nv))
+    mujoco.mj_fullM(twin.model, twin.data, mass)
+    return mass
+
+
+def test_a_twin_is_assembled_at_the_pose_it_was_built_at(machine):
+    for pose in machine.sample_poses():
+        twin = Twin(machine, pose)
+        assert twin.gap < 1e-12
+        np.testing.assert_allclose(
+            twin.data.qpos[twin.values], machine.inverse_kinematics(pose), atol=1e-12
+        )
+        np.testing.assert_allclose(
+            twin.frame, twin.module.frames(machine, pose[None])[0], atol=1e-12
+        )
+
+
+def test_its_loops_leave_the_mechanism_s_freedom_and_no_more(machine):
+    twin = Twin(machine, machine.sample_poses()[1])
+    rows = np.zeros((len(twin.loops), 3, twin.model.nv))
+    for row, ends in zip(rows, twin.loops, strict=True):
+        one, two = np.zeros((2, 3, twin.model.nv))
+        mujoco.mj_jacSite(twin.model, twin.data, one, None, ends[0])
+        mujoco.mj_jacSite(twin.model, twin.data, two, None, ends[1])
+        row[:] = one - two
+    rank = np.linalg.matrix_rank(rows.reshape(-1, twin.model.nv))
+    assert twin.model.nv - rank == len(machine.joint_names)
+
+
+def test_velocities_keep_the_loops_closed_and_move_the_tool(machine, rng):
+    pose = machine.sample_poses()[1]
+    twin = Twin(machine, pose)
+    twist = rng.normal(size=len(machine.twist_names))
+    step = 1e-6
+    twin.data.qvel[:] = twin.velocities(twist)
+    before = twin.frame
+    mujoco.mj_integratePos(twin.model, twin.data.qpos, twin.data.qvel, step)
+    mujoco.mj_forward(twin.model, twin.data)
+    moved = (twin.frame - before)[: len(twist), 3] / step
+    np.testing.assert_allclose(moved, twist, atol=1e-4)
+    assert twin.gap < 1e-9
+
+
+def test_the_lumped_diamond_has_the_energy_of_equation_9(diamond, rng):
+    for pose in diamond.sample_poses():
+        twin = Twin(diamond, pose, lumped=True)
+        velocity = rng.normal(size=2)
+        rates = diamond.inverse_jacobian(pose) @ velocity
+        all_rates = twin.velocities(velocity)
+        kinetic = 0.5 * all_rates @ mass_matrix(twin) @ all_rates
+        expected = 0.5 * diamond.m * velocity @ velocity + 0.5 * diamond.I_A * rates @ rates
+        assert kinetic == pytest.approx(expected, rel=1e-7)
+
+
+def test_the_diamond_s_bodies_have_the_masses_of_the_tables(diamond):
+    twin = Twin(diamond, diamond.sample_poses()[0])
+    table = REFERENCE.data["inertia"]["printed"]
+    pair = 2.0 * table["mu2"] * diamond.l2
+    mass = {name: twin.model.body(name).mass[0] for name in ("platform", "rod_1", "rod_2")}
+    assert mass == pytest.approx({"platform": table["m_p"], "rod_1": pair, "rod_2": pair})
+
+
+def test_every_feasible_diamond_has_a_legal_arm():
+    problem = pkm_gym.make_problem("diamond")
+    designs = np.random.default_rng(0).uniform(problem.low, problem.high, (400, 3))
+    designs = designs[problem.evaluate(designs).feasible]
+    assert len(designs) > 10
+    for design in designs:
+        machine = problem.mechanism(design)
+        model = Twin(machine, machine.sample_poses()[0]).model
+        arm = model.body("arm_1")
+        about_axis = arm.inertia[2] + arm.mass[0] * arm.ipos[0] ** 2
+        rod = 2.0 / 3.0 * REFERENCE.data["inertia"]["printed"]["mu2"] * machine.l2
+        assert about_axis == pytest.approx(machine.I_A - rod * machine.l1**2, rel=1e-6)
+        assert arm.mass[0] * arm.ipos[0] == pytest.approx(machine.mr_A - rod * machine.l1, rel=1e-6)
+
+
+def test_servos_at_zero_hold_the_pose(machine):
+    pose = machine.sample_poses()[1]
+    twin = Twin(machine, pose)
+    mujoco.mj_step(twin.model, twin.data, 2000)
+    held = twin.data.qpos[twin.values]
+    np.testing.assert_allclose(held, machine.inverse_kinematics(pose), atol=2e-3)
+    assert np.abs(twin.data.qvel).max() < 1e-3
+
+
+def test_motors_that_give_the_drive_forces_keep_the_twin_still(machine):
+    twin = Twin(machine, machine.sample_poses()[1])
+    still = np.zeros(len(machine.twist_names))
+    forces = twin.drive_forces(still, still)
+    twin.release()
+    mujoco.mj_forward(twin.model, twin.data)
+    falling = np.abs(twin.data.qacc).max()
+    twin.data.ctrl[twin.motors] = forces
+    mujoco.mj_forward(twin.model, twin.data)
+    assert np.abs(twin.data.qacc).max() < 1e-3 * falling
+
+
+def test_a_twin_that_never_rests_says_so(machine, monkeypatch):
+    monkeypatch.setattr("pkm_gym.twin.model.HOLD", 0.01)
+    twin = Twin(machine, machine.sample_poses()[0])
+    with pytest.raises(RuntimeError, match="has not come to rest"):
+        twin.settle(machine.inverse_kinematics(machine.sample_poses()[1]))
+
+
+def test_a_pose_out_of_reach_is_refused(machine):
+    pose = 5.0 * machine.sample_poses()[0]
+    with pytest.raises(
+        ValueError, match=r"no twin stands at the pose \(.*out of the machine's reach"
+    ):
+        Twin(machine, pose)
+
+
+def test_a_mechanism_without_a_twin_says_so(machine, monkeypatch):
+    monkeypatch.setattr(type(machine), "twin_module", "")
+    with pytest.raises(ValueError, match=f"{type(machine).__name__} has no MuJoCo twin"):
+        Twin(machine, machine.sample_poses()[0])
+
+
+def test_gravity_pulls_the_mechanisms_the_right_way(machine):
+    twin = Twin(machine, machine.sample_poses()[0])
+    up = twin.data.site_xmat[twin.origin].reshape(3, 3)[2]
+    down = {"Diamond": [0.0, 1.0, 0.0], "Spr3": [0.0, 0.0, -1.0]}[type(machine).__name__]
+    np.testing.assert_allclose(up, down, atol=1e-15)
+    assert twin.data.site_xpos[twin.tool][2] > 0.0
