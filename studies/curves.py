@@ -85,6 +85,11 @@ def pool_figure(entries: Sequence[Entry]) -> Figure:
         )  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_xticks(sorted({entry.setting.pool for entry in entries if entry.setting.pool}))
+    axes.minorticks_off()
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+    axes.grid(color=STYLE["grid"], linewidth=STYLE["thin"])
     axes.set_ylabel(f"median regret after {SCORED} evaluations (%)")
     legend(axes, loc="best")
     _headline(figure, entries, "What a larger pool is worth", "transfer methods")
