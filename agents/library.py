@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.files import CONFIG, read_designer
+from pkm_gym.agents.files import CONFIG, Origin, read_designer
 from pkm_gym.agents.runs import BEST
 from pkm_gym.core.names import unknown
 from pkm_gym.core.problem import DesignProblem
@@ -60,16 +60,25 @@ def designer_for(problem: DesignProblem) -> Designer:
     Raises:
         ValueError: if none was trained for it, with these options.
     """
-    designers = [load_designer(name) for name in shipped()]
-    own = [designer for designer in designers if designer.problem.name == problem.name]
+    return trained_for(problem)[0]
+
+
+def trained_for(problem: DesignProblem) -> tuple[Designer, Origin]:
+    """Return the shipped designer of a problem, and where it comes from.
+
+    Raises:
+        ValueError: if none was trained for it, with these options.
+    """
+    known = [read_designer(path) for path in shipped().values()]
+    own = [item for item in known if item[0].problem.name == problem.name]
     if not own:
         raise ValueError(
             f"no designer of {problem.name} is shipped: train one with `pkm-gym train`, and give "
             "its folder as --model"
         )
-    for designer in own:
+    for designer, origin in own:
         if designer.problem.hash() == problem.hash():
-            return designer
+            return designer, origin
     raise ValueError(
         f"the designer of {problem.name} was trained with other variables, bounds or options: "
         "leave them as they come, or train one with `pkm-gym train`"

@@ -5,17 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.library import designer_for
+from pkm_gym.agents.library import designer_for, trained_for
 from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.benchmark.methods import Cost, Search, method
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.mechanisms import make_problem
 
 ONLY = np.arange(1)
 
 
-@method(knowledge="transfer")
-def designer(problem: DesignProblem, _pool: Pool | None) -> Search:
+def training(name: str) -> Cost:
+    """Return what it cost to train the shipped designer of a problem; its time isn't recorded."""
+    return Cost(trained_for(make_problem(name))[1].steps, np.nan)
+
+
+@method(knowledge="transfer", training=training)
+def designer(problem: DesignProblem, _pool: Pool) -> Search:
     """Ask the shipped designer of the problem, until its own budget is spent."""
     return session_search(designer_for(problem))
 

@@ -148,7 +148,7 @@ def _costs(entries: Sequence[Entry]) -> Any:
             lines.add_row(
                 entry.name,
                 f"{cost.evaluations:,}",
-                f"{cost.seconds:,.0f}",
+                f"{cost.seconds:,.0f}" if np.isfinite(cost.seconds) else "unknown",
                 "never" if tasks is None else f"{tasks:,.0f} tasks",
             )
     return lines
@@ -191,7 +191,7 @@ def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
         yield record | {
             "seconds_per_design": f"{entry.seconds:.3g}",
             "cost_evaluations": entry.cost.evaluations,
-            "cost_seconds": f"{entry.cost.seconds:.0f}",
+            "cost_seconds": f"{entry.cost.seconds:.0f}" if np.isfinite(entry.cost.seconds) else "",
             "unsolvable": entry.violation.shape[1],
             "version": entry.version,
             "command": entry.command,

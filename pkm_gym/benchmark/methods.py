@@ -19,6 +19,7 @@ Knowledge: TypeAlias = Literal["scratch", "transfer"]
 Search: TypeAlias = Callable[[Evaluator], None]
 Propose: TypeAlias = Callable[[DesignProblem, FloatArray, Evaluator], FloatArray]
 Prepare: TypeAlias = Callable[[DesignProblem, Pool], Search]
+Training: TypeAlias = Callable[[str], "Cost"]
 
 # name -> where the method is, imported when asked for
 METHODS = {
@@ -53,7 +54,7 @@ class Method:
         knowledge: the track "transfer" (knows the training tasks) or "scratch" (knows nothing).
         evaluations: how many designs of a task it may evaluate at most.
         tasks: how many tasks of a split a quick run spends on it; None: as many as on the others.
-        training: what it cost before the first task, besides the pool.
+        training: returns what it cost before the first task of a problem, besides the pool.
     """
 
     prepare: Prepare
@@ -61,7 +62,7 @@ class Method:
     knowledge: Knowledge = "scratch"
     evaluations: int = 300
     tasks: int | None = None
-    training: Cost | None = None
+    training: Training | None = None
 
     @property
     def track(self) -> str:
@@ -71,7 +72,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Cost:
-    """Evaluations and processor time (s) spent before the first task."""
+    """Evaluations and processor time (s, NaN if unknown) spent before the first task."""
 
     evaluations: int
     seconds: float
@@ -83,7 +84,7 @@ def method(
     knowledge: Knowledge = "scratch",
     evaluations: int = 300,
     tasks: int | None = None,
-    training: Cost | None = None,
+    training: Training | None = None,
 ) -> Callable[[Prepare], Method]:
     """Make a method of the function below: ``prepare(problem, pool) -> search``."""
     return lambda prepare: Method(prepare, start, knowledge, evaluations, tasks, training)

@@ -93,7 +93,7 @@ class Entry:
         share = self.setting.pool / SPLITS["train"]
         known = self.setting.method in METHODS or ":" in self.setting.method
         training = find_method(self.setting.method).training if known else None
-        own = training or Cost(0, 0.0)
+        own = training(self.setting.problem) if training else Cost(0, 0.0)
         return Cost(
             round(share * pool.evaluations) + own.evaluations, share * pool.seconds + own.seconds
         )
