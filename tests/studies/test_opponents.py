@@ -113,9 +113,10 @@ def test_a_gaussian_process_searches_within_its_budget(shipped):
     found = find_method("gp")
     assert (found.evaluations, found.tasks) == (40, 16)
     one = search("gp", shipped, 0, budget=25)
-    chance = search("random", shipped, 0, budget=25)
     assert one.count == 25
-    assert one.log_merit[one.feasible].min() < chance.log_merit[chance.feasible].min(initial=np.inf)
+    chance = [search("random", shipped, 0, budget=25, seed=seed) for seed in range(21)]
+    lowest = [run.log_merit[run.feasible].min(initial=np.inf) for run in chance]
+    assert one.log_merit[one.feasible].min() < np.median(lowest)
     np.testing.assert_array_equal(one.designs[:14], search("gp", shipped, 0, budget=14).designs)
 
 
