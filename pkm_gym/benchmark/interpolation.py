@@ -24,8 +24,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 KERNEL: Final = "cubic"
 NEIGHBOURS = 64  # optima that one interpolation uses
 NEARBY = 8  # tasks whose sets of active limits are tried
-PROBED = 64  # tasks on which it is found out which limit moves which constraint
-PROBE = 1e-4  # by which share of its range a limit is moved for that
+PROBE = 1e-4  # by which share of its range a limit is moved to see which constraints follow
 
 Active: TypeAlias = tuple[int, ...]
 
@@ -74,7 +73,16 @@ class Interpolation:
         self._places = self.place(self._tasks)
         self._active = [tuple(np.flatnonzero(row).tolist()) for row in pool.active[known]]
         self._tree = KDTree(self._places)
-        self._moves = self._moved_constraints()
+        self._slopes = {
+            i: self._slope_of(i)
+            for i, variable in enumerate(problem.task_variables)
+            if variable.drawn and variable.limit
+        }
+        self._limits = {
+            int(j): i
+            for i, slopes in self._slopes.items()
+            for j in np.flatnonzero(slopes.any(axis=0))
+        }
         drawn = np.array([variable.drawn for variable in problem.task_variables])
         needed = 2 * (int(drawn.sum()) + 1)
         if known.sum() < needed:
@@ -133,36 +141,25 @@ class Interpolation:
 
         As measured at the optimum of the nearest known task.
         """
-        row = self._near(task, 1)
-        return float(self._slopes(row, field)[0, constraint])
+        return float(self._slopes[field][self._near(task, 1)[0], constraint])
 
     def limit_of(self, constraint: int) -> int | None:
         """Return the field (column) that moves a constraint, None if no limit does."""
-        fields = np.flatnonzero(self._moves[:, constraint])
-        return int(fields[0]) if len(fields) else None
+        return self._limits.get(constraint)
 
     def _near(self, task: FloatArray, n: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         n = min(n, len(self._designs))
         return np.atleast_1d(self._tree.query(self.place(task), k=n)[1])
 
-    def _moved_constraints(self) -> BoolArray:
-        """Return whether each field (m) is a limit that moves each constraint (c)."""
-        rows = np.arange(min(PROBED, len(self._tasks)))
-        moves = np.zeros((len(self._low), len(self.problem.constraint_names)), dtype=bool)
-        for i, variable in enumerate(self.problem.task_variables):
-            if variable.drawn and variable.limit:
-                moves[i] = (self._slopes(rows, i) != 0.0).any(axis=0)
-        return moves
-
-    def _slopes(self, rows: np.ndarray, field: int) -> FloatArray:
-        """Return the slope of each constraint (n, c) over a limit at known optima."""
+    def _slope_of(self, field: int) -> FloatArray:
+        """Return the slope of each constraint (n, c) over a limit, at the known optima."""
         variable = self.problem.task_variables[field]
-        tasks = self._tasks[rows]
-        inward = np.where(tasks[:, field] > 0.5 * (variable.low + variable.high), -PROBE, PROBE)
-        moved = tasks.copy()
-        moved[:, field] += inward * self._span[field]
+        inward = np.where(self._places[:, field] > 0.5, -PROBE, PROBE)
+        moved = self._tasks.copy()
+        moved[:, field] += inward * (variable.high - variable.low)
         before, after = (
-            self.problem.evaluate(self._designs[rows], some).constraints for some in (tasks, moved)
+            self.problem.evaluate(self._designs, tasks).constraints
+            for tasks in (self._tasks, moved)
         )
         return (after - before) / inward[:, None]
 
@@ -171,7 +168,8 @@ class Interpolation:
         branches = {}
         for active in set(self._active):
             rows = np.array([own == active for own in self._active])
-            fields = drawn & (~limits | self._moves[:, list(active)].any(axis=1))
+            fields = drawn & ~limits
+            fields[[self._limits[j] for j in active if j in self._limits]] = True
             if rows.sum() >= 2 * (fields.sum() + 1):
                 branches[active] = self._branch(active, fields, rows)
         return branches
