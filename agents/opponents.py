@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.library import designer_for, trained_for
+from pkm_gym.agents.library import ZOO, designer_for, trained_for
 from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.methods import Cost, Search, method
+from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.benchmark.record import Cost
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import make_problem
@@ -20,7 +23,12 @@ def training(name: str) -> Cost:
     return Cost(trained_for(make_problem(name))[1].steps, np.nan)
 
 
-@method(knowledge="transfer", training=training)
+def files(_name: str) -> list[Path]:
+    """Return the files of the shipped designers."""
+    return sorted(ZOO.glob("*.*"))
+
+
+@method(knowledge="transfer", training=training, files=files)
 def designer(problem: DesignProblem, _pool: Pool) -> Search:
     """Ask the shipped designer of the problem, until its own budget is spent."""
     return session_search(designer_for(problem))

@@ -6,8 +6,8 @@ runs one, ``regrets`` and ``score`` measure what it did.
 
 from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.interpolation import Interpolation
-from pkm_gym.benchmark.methods import METHODS, Cost, Method, find_method, method, proposing
-from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.methods import METHODS, Method, find_method, method, proposing
+from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.recording import RecordEvaluations
 from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.scoring import duel, interval, regrets, score

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from pkm_gym.benchmark.evaluator import Evaluator
+from pkm_gym.benchmark.record import Cost
 from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -19,7 +21,8 @@ Knowledge: TypeAlias = Literal["scratch", "transfer"]
 Search: TypeAlias = Callable[[Evaluator], None]
 Propose: TypeAlias = Callable[[DesignProblem, FloatArray, Evaluator], FloatArray]
 Prepare: TypeAlias = Callable[[DesignProblem, Pool], Search]
-Training: TypeAlias = Callable[[str], "Cost"]
+Training: TypeAlias = Callable[[str], Cost]
+Files: TypeAlias = Callable[[str], Sequence[Path]]
 
 # name -> where the method is, imported when asked for
 METHODS = {
@@ -55,6 +58,7 @@ class Method:
         evaluations: how many designs of a task it may evaluate at most.
         tasks: how many tasks of a split a quick run spends on it; None: as many as on the others.
         training: returns what it cost before the first task of a problem, besides the pool.
+        files: returns what else its results on a problem depend on, such as weights.
     """
 
     prepare: Prepare
@@ -63,19 +67,12 @@ class Method:
     evaluations: int = 300
     tasks: int | None = None
     training: Training | None = None
+    files: Files | None = None
 
     @property
     def track(self) -> str:
         """The track's name: methods of different tracks are never ranked in one table."""
         return f"{self.start}, {self.knowledge}"
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Evaluations and processor time (s, NaN if unknown) spent before the first task."""
-
-    evaluations: int
-    seconds: float
 
 
 def method(
@@ -85,9 +82,10 @@ def method(
     evaluations: int = 300,
     tasks: int | None = None,
     training: Training | None = None,
+    files: Files | None = None,
 ) -> Callable[[Prepare], Method]:
     """Make a method of the function below: ``prepare(problem, pool) -> search``."""
-    return lambda prepare: Method(prepare, start, knowledge, evaluations, tasks, training)
+    return lambda prepare: Method(prepare, start, knowledge, evaluations, tasks, training, files)
 
 
 def proposing(propose: Propose) -> Search:

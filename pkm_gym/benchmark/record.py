@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -24,7 +24,7 @@ class Setting:
         hash: ``hash()`` of the problem.
         sha256: of the split's file.
         method: its name.
-        source: sha256 of the file that defines it.
+        source: sha256 of the files that define it.
         start: its track, "given" or "free".
         knowledge: its track, "transfer" or "scratch".
         seed: of its random numbers.
@@ -50,6 +50,14 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Cost:
+    """Evaluations and processor time (s, NaN if unknown) spent before the first task."""
+
+    evaluations: int = 0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
 class EvaluationLog:
     """What a method evaluated on tasks of a split, in this order.
 
@@ -60,6 +68,7 @@ class EvaluationLog:
         seconds: array (n,), wall time on each task.
         version: of pkm_gym.
         command: what wrote it.
+        training: what the method cost before the first task, besides the pool.
     """
 
     setting: Setting
@@ -68,6 +77,7 @@ class EvaluationLog:
     seconds: FloatArray
     version: str
     command: str
+    training: Cost = Cost()
 
     def __len__(self) -> int:
         """Return the number of tasks."""
@@ -97,6 +107,7 @@ class EvaluationLog:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the log; the file appears whole or not at all."""
         content = {name: getattr(self, name) for name in ARRAYS + TEXTS}
+        content |= dict(zip(COST, astuple(self.training), strict=True))
         write_npz(path, content | {name: getattr(self.setting, name) for name in SETTINGS})
 
     @classmethod
@@ -110,11 +121,13 @@ class EvaluationLog:
         setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         values |= {name: str(content[name]) for name in TEXTS}
-        return cls(setting, **values)
+        evaluations, seconds = (content[name] for name in COST)
+        return cls(setting, **values, training=Cost(int(evaluations), float(seconds)))
 
 
 ARRAYS = ("rows", "designs", "seconds")
 TEXTS = ("version", "command")
+COST = ("training_evaluations", "training_seconds")
 KINDS = {"str": str, "int": int, "float": float}
 SETTINGS: dict[str, Any] = {item.name: KINDS[str(item.type)] for item in fields(Setting)}
 
@@ -128,7 +141,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
         raise ValueError(f"{str(path)!r} does not exist: {wanted}") from None
     except Exception:  # zip, zlib, npy headers and pickles: each raises its own
         raise ValueError(f"{str(path)!r} is damaged or no npz file: {wanted}") from None
-    missing = [name for name in (*ARRAYS, *TEXTS, *SETTINGS) if name not in content]
+    missing = [name for name in (*ARRAYS, *TEXTS, *COST, *SETTINGS) if name not in content]
     if missing:
         raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {wanted}")
     n = len(content["rows"])

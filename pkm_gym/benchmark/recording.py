@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gymnasium.utils import RecordConstructorArgs
 
 from pkm_gym.benchmark.methods import Knowledge, Start
-from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.splits import load_split, sha256, split_path
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import Observation
@@ -19,6 +19,7 @@ from pkm_gym.envs.infos import Info
 from pkm_gym.envs.wrappers import design_env
 
 Action = npt.NDArray[Any]
+FREE = Cost()
 
 
 class RecordEvaluations(
@@ -72,6 +73,7 @@ class RecordEvaluations(
         knowledge: Knowledge = "scratch",
         pool: int = 0,
         seed: int = 0,
+        training: Cost = FREE,
     ) -> EvaluationLog:
         """Return what was recorded as a log of a split.
 
@@ -84,6 +86,7 @@ class RecordEvaluations(
             knowledge: the track, "transfer" or "scratch".
             pool: how many of the training tasks the method knew.
             seed: which of several trainings of the method it is.
+            training: what it cost before the first task, besides the pool.
 
         Raises:
             ValueError: in one sentence, for a problem that differs from the benchmark's, or a task
@@ -123,5 +126,5 @@ class RecordEvaluations(
         )
         seconds = np.zeros(len(rows))
         return EvaluationLog(
-            how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations"
+            how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations", training
         )

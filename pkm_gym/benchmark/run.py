@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import signal
 import time
@@ -20,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.methods import Method, Search, find_method
-from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import regrets
 from pkm_gym.benchmark.splits import SPLITS, load_split, sha256, split_path
 from pkm_gym.core.pool import Pool
@@ -75,7 +76,7 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_path(name, split)),
         method=method,
-        source=sha256(Path(inspect.getfile(found.prepare))),
+        source=_source(found, name),
         start=found.start,
         knowledge=found.knowledge,
         seed=seed,
@@ -84,6 +85,12 @@ def setting(
         noise=noise,
         delay=delay,
     )
+
+
+def _source(method: Method, name: str) -> str:
+    """Return the sha256 of the files that a method's results on a problem depend on."""
+    files = [Path(inspect.getfile(method.prepare)), *(method.files(name) if method.files else ())]
+    return hashlib.sha256("".join(map(sha256, files)).encode()).hexdigest()
 
 
 def run(
@@ -121,6 +128,7 @@ def run(
 
 
 def _empty(how: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
+    training = find_method(how.method).training
     return EvaluationLog(
         how,
         rows=np.empty(0, dtype=np.int64),
@@ -128,6 +136,7 @@ def _empty(how: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
         seconds=np.empty(0),
         version=version("pkm_gym"),
         command=command,
+        training=training(how.problem) if training else Cost(),
     )
 
 

@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pkm_gym.benchmark.methods import METHODS, Cost, find_method
-from pkm_gym.benchmark.record import EvaluationLog, Setting
+from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import (
     SCORED,
     Duel,
@@ -41,6 +40,7 @@ class Entry:
         seconds: wall time for one design, the mean over all that it evaluated.
         version: of pkm_gym.
         command: what wrote its log.
+        training: what the method cost before the first task, besides the pool.
     """
 
     setting: Setting
@@ -50,6 +50,7 @@ class Entry:
     seconds: float
     version: str
     command: str
+    training: Cost
 
     @property
     def name(self) -> str:
@@ -90,10 +91,7 @@ class Entry:
     def cost(self) -> Cost:
         """What was spent before the first task: its share of the pool, and its training."""
         pool = manifest()[split_path(self.setting.problem, "train").name]
-        share = self.setting.pool / SPLITS["train"]
-        known = self.setting.method in METHODS or ":" in self.setting.method
-        training = find_method(self.setting.method).training if known else None
-        own = training(self.setting.problem) if training else Cost(0, 0.0)
+        share, own = self.setting.pool / SPLITS["train"], self.training
         return Cost(
             round(share * pool.evaluations) + own.evaluations, share * pool.seconds + own.seconds
         )
@@ -143,6 +141,7 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         / max(1, sum(log.counts.sum() for log in logs)),
         version=logs[0].version,
         command=logs[0].command,
+        training=logs[0].training,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -32,7 +33,7 @@ def own_methods(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request) -> Cal
     """Write a module of methods; return its name."""
 
     def write(source: str) -> str:
-        name = f"methods_of_{request.node.name.partition('[')[0]}"
+        name = re.sub(r"\W", "_", f"methods_of_{request.node.name}")
         (tmp_path / f"{name}.py").write_text(HEAD + textwrap.dedent(source))
         monkeypatch.syspath_prepend(str(tmp_path))
         return name

@@ -97,6 +97,23 @@ def test_a_transfer_method_knows_the_pool_and_a_scratch_method_nothing(shipped, 
     assert np.isinf(regrets(log, problem, split)).all()
 
 
+def test_a_method_whose_files_change_is_another_one(shipped, own_methods, tmp_path):
+    problem, _ = shipped
+    weights = tmp_path / "weights"
+    weights.write_text("1")
+    name = own_methods(f"""
+        from pathlib import Path
+
+        @method(files=lambda name: [Path({str(weights)!r})])
+        def mine(problem, pool):
+            return lambda evaluator: None
+    """)
+    before = setting(problem.name, "val", f"{name}:mine")
+    assert setting(problem.name, "val", f"{name}:mine") == before
+    weights.write_text("2")
+    assert setting(problem.name, "val", f"{name}:mine") != before
+
+
 def test_noise_is_told_to_the_method_but_not_scored(shipped, own_methods):
     problem, split = shipped
     name = own_methods("""

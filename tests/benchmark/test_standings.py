@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pkm_gym.benchmark import EvaluationLog
-from pkm_gym.benchmark.record import Setting
+from pkm_gym.benchmark.record import Cost, Setting
 from pkm_gym.benchmark.splits import SPLITS, manifest, sha256, split_path
 from pkm_gym.benchmark.standings import compare, pays_after, standings
 
@@ -54,6 +54,15 @@ def test_a_pool_is_paid_for_in_evaluations(logs, shipped):
     # The other never comes as low within its 100 evaluations: 88 are saved a task.
     assert pays_after(transfer, [transfer, scratch]) == pytest.approx(cost / 88)
     assert pays_after(scratch, [transfer, scratch]) is None
+
+
+def test_training_is_paid_for_and_a_log_is_scored_without_its_method(logs, tmp_path):
+    path = tmp_path / "log.npz"
+    replace(logs("nowhere:it"), training=Cost(1000, np.nan)).save(path)
+    entry = standings([EvaluationLog.load(path)])[0]
+    assert entry.name == "nowhere:it"
+    assert entry.cost.evaluations == 1000
+    assert np.isnan(entry.cost.seconds)
 
 
 def test_methods_are_compared_on_the_tasks_they_share(logs):
