@@ -14,8 +14,8 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from pkm_gym.agents.designer import Centre, Designer
-from pkm_gym.agents.interpolation import Interpolation
 from pkm_gym.agents.network import Network
+from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.envs.observation import observation_layout
 from pkm_gym.envs.rules import Rules

@@ -13,8 +13,8 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec, registry
 
 from pkm_gym.agents.designer import Centre, Starts
-from pkm_gym.agents.interpolation import Interpolation
 from pkm_gym.agents.recipe import Recipe
+from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.splits import split_path
 from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import Pool

@@ -20,8 +20,8 @@ from optuna.samplers import BaseSampler, TPESampler
 from optuna.study import StudyDirection
 
 from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -110,14 +110,14 @@ def gp(_problem: DesignProblem, _pool: Pool) -> Search:
 @method(knowledge="transfer")
 def neighbours_tpe(problem: DesignProblem, pool: Pool) -> Search:
     """Search with TPE that is first given the optima of the nearest tasks."""
-    nearest = Interpolation(problem, pool).nearest
+    nearest = KnownOptima(problem, pool).nearest
     return _named("tpe", first=lambda task: nearest(task, ENQUEUED))
 
 
 @method(knowledge="transfer")
 def neighbours_cmaes(problem: DesignProblem, pool: Pool) -> Search:
     """Search with CMA-ES on the merit, from the mean of the optima of the nearest tasks."""
-    nearest = Interpolation(problem, pool).nearest
+    nearest = KnownOptima(problem, pool).nearest
     span = problem.high - problem.low
 
     def search(evaluator: Evaluator) -> None:

@@ -1,184 +1,194 @@
-"""Interpolation: the optimal design of a task, from the optima of other tasks.
-
-The optimum as a function of the task has kinks where a limit becomes active or ceases to be, and
-between them it depends on few fields: those that are no limit, and the limits that are active. So
-there is one interpolation for each set of active limits (a branch), over the fields that matter to
-it. An optimum under fewer limits is never worse; so of the branches that occur near a task the one
-that predicts the worst optimum is the right one.
-"""
+"""Interpolation: the optimal designs of a pool, continued to tasks that it doesn't hold."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Any, Self
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
-from scipy.spatial import KDTree
+import numpy.typing as npt
 
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import ACTIVE
 from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.envs.observation import scaled_tasks
 
-KERNEL: Final = "cubic"
-NEIGHBOURS = 64  # optima that one interpolation uses
-NEARBY = 8  # tasks whose sets of active limits are tried
-PROBE = 1e-4  # by which share of its range a limit is moved to see which constraints follow
+NEIGHBOUR = 3  # the fourth nearest point says how well an input is surrounded
+DISTANCE = 0.1  # a distance of 1 counts like a violation of this
+TINY = 1e-300
+LEAST_STRETCH = 1e-3  # of an input to which nothing reacts, beside that of the strongest one
 
-Active: TypeAlias = tuple[int, ...]
+PART = (
+    "active", "points",
+    "designs.stretch", "designs.weights",
+    "constraints.stretch", "constraints.weights",
+)  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Branch:
-    """The optima with one set of active limits.
+@dataclass(frozen=True)
+class Cubic:
+    """Cubic radial basis functions and a linear polynomial through given points.
 
     Attributes:
-        active: columns of the active constraints.
-        fields: array (m,), which fields of a task matter to it.
-        predict: places (n, fields) -> designs and log of the objective, worst highest (n, d + 1).
+        points: array (n, m), where the values are given.
+        stretch: array (m,), by which coordinates are multiplied before distances are taken.
+        weights: array (n + 1 + m, k), of the basis functions, the constant and the coordinates.
     """
 
-    active: Active
-    fields: BoolArray
-    predict: RBFInterpolator
+    points: FloatArray
+    stretch: FloatArray
+    weights: FloatArray
 
-    def at(self, places: FloatArray) -> FloatArray:
-        """Return designs and objective (n, d + 1) at places (n, m)."""
-        found: FloatArray = self.predict(places[:, self.fields])
-        return found
+    @classmethod
+    def through(cls, points: FloatArray, values: FloatArray) -> Cubic:
+        """Return the interpolant of values (n, k) at points (n, m).
+
+        Each coordinate is stretched by how strongly the values react to it, so that points count
+        as near if their values are.
+        """
+        n, m = points.shape
+        slopes = np.linalg.lstsq(np.c_[np.ones(n), points], values)[0][1:]
+        size = np.linalg.norm(slopes, axis=1)
+        stretch = np.maximum(size / max(size.max(), TINY), LEAST_STRETCH)
+        nodes = points * stretch
+        polynomial = np.c_[np.ones(n), nodes]
+        matrix = np.block(
+            [[_cubes(nodes, nodes), polynomial], [polynomial.T, np.zeros((m + 1, m + 1))]]
+        )
+        right = np.vstack([values, np.zeros((m + 1, values.shape[1]))])
+        return cls(points, stretch, np.linalg.solve(matrix, right))
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the values (n, k) at points (n, m)."""
+        stretched = points * self.stretch
+        cubes = _cubes(stretched, self.points * self.stretch)
+        basis = np.c_[cubes, np.ones(len(points)), stretched]
+        values: FloatArray = basis @ self.weights
+        return values
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return how far points (n, m) lie from the given ones (n,): from the fourth nearest."""
+        cubes = _cubes(points * self.stretch, self.points * self.stretch)
+        fourth: FloatArray = np.cbrt(np.partition(cubes, NEIGHBOUR, axis=1)[:, NEIGHBOUR])
+        return fourth
+
+
+@dataclass(frozen=True)
+class Part:
+    """The tasks of a pool whose optima are held back by the same limits.
+
+    Attributes:
+        active: array (c,), the constraints among those limits.
+        designs: task -> optimal design, the box to 0...1.
+        constraints: task -> constraints there.
+    """
+
+    active: BoolArray
+    designs: Cubic
+    constraints: Cubic
 
 
 class Interpolation:
-    """Radial basis functions over a pool's optimal designs.
+    """What a pool says of the optimal design of any task.
 
-    Args:
-        problem: the pool's problem.
-        pool: solved tasks.
-
-    Attributes:
-        branches: active limits -> their branch.
-        plain: the optima of all tasks over all fields, kinks and all.
-
-    Raises:
-        ValueError: if the pool has too few solvable tasks.
+    As long as the same limits hold it back, an optimum moves smoothly with the task; where they
+    change, it bends. So the tasks of a pool are parted by the limits that are active at their
+    optima, the bounds of the box among them, and each part is interpolated by itself. A task gets
+    the design of the part whose other limits are predicted to hold, and whose tasks are near.
     """
 
     def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        known = pool.solvable
+        """Interpolate the solvable tasks of a pool."""
         self.problem = problem
-        self._low, high = np.array([(v.low, v.high) for v in problem.task_variables]).T
-        self._span = np.where(high > self._low, high - self._low, 1.0)
-        self._tasks, self._designs = pool.tasks[known], pool.designs[known]
-        self._places = self.place(self._tasks)
-        self._active = [tuple(np.flatnonzero(row).tolist()) for row in pool.active[known]]
-        self._tree = KDTree(self._places)
-        self._slopes = {
-            i: self._slope_of(i)
-            for i, variable in enumerate(problem.task_variables)
-            if variable.drawn and variable.limit
-        }
-        self._limits = {
-            int(j): i
-            for i, slopes in self._slopes.items()
-            for j in np.flatnonzero(slopes.any(axis=0))
-        }
-        drawn = np.array([variable.drawn for variable in problem.task_variables])
-        needed = 2 * (int(drawn.sum()) + 1)
-        if known.sum() < needed:
-            raise ValueError(
-                f"the pool has {known.sum()} solvable tasks: interpolation needs {needed}"
+        kept = pool.solvable
+        points = self.points(pool.tasks[kept])
+        places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
+        constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
+        active = constraints > -ACTIVE
+        limits = np.c_[active, places < ACTIVE, places > 1.0 - ACTIVE]
+        self.parts = [
+            Part(
+                active=active[rows[0]],
+                designs=Cubic.through(points[rows], places[rows]),
+                constraints=Cubic.through(points[rows], np.clip(constraints[rows], -1.0, 1.0)),
             )
-        minimised = problem.objectives[0].direction == "minimise"
-        self._values = np.log(pool.optima[known]) * (1.0 if minimised else -1.0)
-        self.plain = self._branch((), drawn, np.ones(len(self._tasks), dtype=bool))
-        self.branches = self._branches(drawn)
+            for rows in _parted(limits, least=2 * (points.shape[1] + 1))
+        ]
 
-    def place(self, tasks: FloatArray) -> FloatArray:
-        """Return packed tasks (n, m) in widths of the Family's ranges."""
-        return (tasks - self._low) / self._span
+    @classmethod
+    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
+        """Return the interpolation of what ``tensors()`` returned."""
+        made = cls.__new__(cls)
+        made.problem = problem
+        made.parts = []
+        while (at := f"starts.{len(made.parts)}.") + "points" in tensors:
+            part = {name: tensors[at + name] for name in PART}
+            made.parts.append(
+                Part(
+                    part["active"],
+                    Cubic(part["points"], part["designs.stretch"], part["designs.weights"]),
+                    Cubic(part["points"], part["constraints.stretch"], part["constraints.weights"]),
+                )
+            )
+        return made
 
-    def nearest(self, task: FloatArray, n: int) -> FloatArray:
-        """Return the optimal designs (n, d) of the tasks nearest to a packed task (m,)."""
-        return self._designs[self._near(task, n)]
+    def tensors(self) -> dict[str, Any]:
+        """Return all arrays by name, for a file."""
+        return {
+            f"starts.{i}.{name}": np.ascontiguousarray(array)
+            for i, part in enumerate(self.parts)
+            for name, array in zip(
+                PART,
+                (
+                    part.active, part.designs.points,
+                    part.designs.stretch, part.designs.weights,
+                    part.constraints.stretch, part.constraints.weights,
+                ),
+                strict=True,
+            )
+        }  # fmt: skip
 
     def designs(self, tasks: FloatArray) -> FloatArray:
-        """Return interpolated optima (n, d) for packed tasks (n, m), clipped to the box."""
-        return np.array([self.design(self.branch(task), self.place(task)) for task in tasks])
+        """Return the designs (n, d) for packed tasks (n, m), clipped to the box."""
+        points = self.points(tasks)
+        places = np.array([part.designs(points) for part in self.parts])
+        return self.in_box(places[self.doubts(points).argmin(axis=0), np.arange(len(tasks))])
 
-    def design(self, branch: Branch, place: FloatArray) -> FloatArray:
-        """Return a branch's optimum (d,) at a place (m,), clipped to the box."""
-        found = branch.at(place[None])[0, :-1]
-        return np.clip(found, self.problem.low, self.problem.high)
+    def doubts(self, points: FloatArray) -> FloatArray:
+        """Return how doubtful each part (p, n) is at points (n, k) of the space of the tasks."""
+        return np.array([_doubt(part, points, part.designs(points)) for part in self.parts])
 
-    def branch(self, task: FloatArray, among: Iterable[int] = ()) -> Branch:
-        """Return the branch of a packed task (m,).
+    def points(self, tasks: FloatArray) -> FloatArray:
+        """Return the fields that are drawn (n, k) of packed tasks, the Family's range to +-0.6."""
+        drawn = [variable.drawn for variable in self.problem.task_variables]
+        return scaled_tasks(self.problem, tasks)[:, drawn]
 
-        Args:
-            task: array (m,).
-            among: constraints that must be active there; ``plain`` is returned if no branch has
-                them.
-        """
-        wanted = set(among)
-        nearby = {self._active[row] for row in self._near(task, NEARBY)} & self.branches.keys()
-        fitting = {active for active in nearby or self.branches if wanted <= set(active)}
-        fitting = fitting or {active for active in self.branches if wanted <= set(active)}
-        place = self.place(task)[None]
-        candidates = [self.branches[active] for active in sorted(fitting)]
-        return max(candidates, key=lambda branch: branch.at(place)[0, -1], default=self.plain)
+    def in_box(self, places: FloatArray) -> FloatArray:
+        """Return the designs (n, d) at places (n, d) of the unit cube, clipped to the box."""
+        low, high = self.problem.low, self.problem.high
+        return low + (high - low) * np.clip(places, 0.0, 1.0)
 
-    def tightened(self, task: FloatArray, branch: Branch, margin: float) -> FloatArray:
-        """Return the place (m,) of a task whose active limits are tighter by a margin."""
-        place = self.place(task)
-        for constraint in branch.active:
-            field = self.limit_of(constraint)
-            if field is not None:
-                place[field] += margin / self.slope(task, field, constraint)
-        return place
 
-    def slope(self, task: FloatArray, field: int, constraint: int) -> float:
-        """Return by how much a constraint changes when a limit moves by its range's width.
+def _parted(limits: BoolArray, least: int) -> Iterator[npt.NDArray[np.intp]]:
+    """Yield the rows of each pattern (n, limits) that at least so many share, the largest first."""
+    _, pattern, counts = np.unique(limits, axis=0, return_inverse=True, return_counts=True)
+    order = [at for at in np.argsort(-counts) if counts[at] >= least]
+    if not order:
+        yield np.arange(len(limits))
+    for at in order:
+        yield np.flatnonzero(pattern == at)
 
-        As measured at the optimum of the nearest known task.
-        """
-        return float(self._slopes[field][self._near(task, 1)[0], constraint])
 
-    def limit_of(self, constraint: int) -> int | None:
-        """Return the field (column) that moves a constraint, None if no limit does."""
-        return self._limits.get(constraint)
+def _doubt(part: Part, points: FloatArray, places: FloatArray) -> FloatArray:
+    """Return how doubtful a part is for each task (n,): its predicted violation, its distance."""
+    constraints = part.constraints(points)[:, ~part.active]
+    bounds = np.maximum(-places, places - 1.0)
+    broken = np.maximum(0.0, np.c_[constraints, bounds].max(axis=1))
+    return broken + DISTANCE * part.designs.distance(points)
 
-    def _near(self, task: FloatArray, n: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-        n = min(n, len(self._designs))
-        return np.atleast_1d(self._tree.query(self.place(task), k=n)[1])
 
-    def _slope_of(self, field: int) -> FloatArray:
-        """Return the slope of each constraint (n, c) over a limit, at the known optima."""
-        variable = self.problem.task_variables[field]
-        inward = np.where(self._places[:, field] > 0.5, -PROBE, PROBE)
-        moved = self._tasks.copy()
-        moved[:, field] += inward * (variable.high - variable.low)
-        before, after = (
-            self.problem.evaluate(self._designs, tasks).constraints
-            for tasks in (self._tasks, moved)
-        )
-        return (after - before) / inward[:, None]
-
-    def _branches(self, drawn: BoolArray) -> dict[Active, Branch]:
-        limits = np.array([bool(variable.limit) for variable in self.problem.task_variables])
-        branches = {}
-        for active in set(self._active):
-            rows = np.array([own == active for own in self._active])
-            fields = drawn & ~limits
-            fields[[self._limits[j] for j in active if j in self._limits]] = True
-            if rows.sum() >= 2 * (fields.sum() + 1):
-                branches[active] = self._branch(active, fields, rows)
-        return branches
-
-    def _branch(self, active: Active, fields: BoolArray, rows: BoolArray) -> Branch:
-        predict = RBFInterpolator(
-            self._places[np.ix_(rows, fields)],
-            np.column_stack([self._designs, self._values])[rows],
-            kernel=KERNEL,
-            neighbors=min(NEIGHBOURS, int(rows.sum())),
-        )
-        return Branch(active, fields, predict)
+def _cubes(points: FloatArray, nodes: FloatArray) -> FloatArray:
+    squares = (points**2).sum(axis=1)[:, None] + (nodes**2).sum(axis=1) - 2.0 * points @ nodes.T
+    return np.maximum(squares, 0.0) ** 1.5

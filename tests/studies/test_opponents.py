@@ -10,8 +10,9 @@ import numpy as np
 import optuna
 import pytest
 
-from pkm_gym.benchmark import Evaluator, Interpolation, Spent, find_method, load_split
+from pkm_gym.benchmark import Evaluator, Spent, find_method, load_split
 from pkm_gym.benchmark.methods import METHODS
+from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.benchmark.splits import manifest
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -122,14 +123,14 @@ def test_a_gaussian_process_searches_within_its_budget(shipped):
 
 def test_tpe_tries_the_optima_of_the_nearest_tasks_first(searched, shipped):
     problem, asked, pool = shipped
-    nearest = Interpolation(problem, pool).nearest(asked.tasks[0], opponents.ENQUEUED)
+    nearest = KnownOptima(problem, pool).nearest(asked.tasks[0], opponents.ENQUEUED)
     first = searched("neighbours+tpe")[0].designs[: opponents.ENQUEUED]
     np.testing.assert_allclose(first, nearest, rtol=1e-14)
 
 
 def test_cmaes_begins_around_the_optima_of_the_nearest_tasks(searched, shipped):
     problem, asked, pool = shipped
-    nearest = Interpolation(problem, pool).nearest(asked.tasks[0], opponents.STARTED_AT)
+    nearest = KnownOptima(problem, pool).nearest(asked.tasks[0], opponents.STARTED_AT)
     offsets = searched("neighbours+cmaes")[0].designs[:6] - nearest.mean(axis=0)
     assert np.abs(offsets / (problem.high - problem.low)).max() < 5.0 * opponents.SIGMA
 

@@ -1,0 +1,98 @@
+"""Ladder: interpolated optima of a task whose limits are corrected by what evaluations say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from pkm_gym.benchmark.evaluator import Evaluator
+from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part
+from pkm_gym.benchmark.optima import KnownOptima
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.envs.observation import FAMILY_EDGE
+
+# By how much of a constraint the active limits are first tightened, and the share of it that is
+# left at each further rung.
+MARGIN, SHRINK = 2e-4, 0.4
+
+
+class Ladder:
+    """What is known of the training tasks, and how to climb from it to a new task's optimum.
+
+    Args:
+        problem: the pool's problem.
+        pool: solved tasks.
+
+    Raises:
+        ValueError: if the pool has too few solvable tasks.
+    """
+
+    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
+        drawn = [variable.drawn for variable in problem.task_variables]
+        known, needed = int(pool.solvable.sum()), 2 * (sum(drawn) + 1)
+        if known < needed:
+            raise ValueError(f"the pool has {known} solvable tasks: interpolation needs {needed}")
+        self.interpolation = Interpolation(problem, pool)
+        self.optima = KnownOptima(problem, pool)
+        self._column = np.cumsum(drawn) - 1  # of a task's field among those that are drawn
+        self._plain = self._all_tasks(problem, pool)
+
+    def climb(self, evaluator: Evaluator, rungs: int) -> None:
+        """Evaluate the rungs of a task, at most so many.
+
+        What an evaluation says of the active constraints is laid on their limits: where one is
+        broken, the optimum of a task is tried whose limit is that much tighter; where one is not
+        reached, of a task whose limit is looser. A limit that is broken unforeseen asks for another
+        part of the interpolation.
+        """
+        task = evaluator.task
+        point = self.interpolation.points(task[None])[0]
+        parts = self._parts(point)
+        part = next(parts)
+        margin = MARGIN
+        place = self._tightened(task, point, part, margin)
+        for _ in range(rungs):
+            design = self.interpolation.in_box(part.designs(place[None]))[0]
+            constraints = evaluator.evaluate(design).constraints[0]
+            broken = constraints > margin
+            if part is not self._plain and (broken & ~part.active).any():
+                part = next(p for p in parts if p is self._plain or not (broken & ~p.active).any())
+                place = self._tightened(task, point, part, MARGIN)
+                continue
+            margin *= SHRINK
+            for j in np.flatnonzero(broken | part.active).tolist():
+                self._move(place, task, j, constraints[j] + margin)
+
+    def _parts(self, point: FloatArray) -> Iterator[Part]:
+        """Yield the parts, the least doubtful at a point (k,) first, and what holds for all."""
+        order: Iterable[int] = self.interpolation.doubts(point[None])[:, 0].argsort().tolist()
+        yield from (self.interpolation.parts[at] for at in order)
+        yield self._plain
+
+    def _tightened(
+        self, task: FloatArray, point: FloatArray, part: Part, margin: float
+    ) -> FloatArray:
+        """Return the point (k,) of a task whose active limits are tighter by a margin."""
+        place = point.copy()
+        for j in np.flatnonzero(part.active).tolist():
+            self._move(place, task, j, margin)
+        return place
+
+    def _move(self, place: FloatArray, task: FloatArray, constraint: int, amount: float) -> None:
+        """Move a point (k,) in place, so that a constraint's limit is tighter by an amount."""
+        field = self.optima.limit_of(constraint)
+        if field is not None:
+            width = 2.0 * FAMILY_EDGE  # of the Family's range, among the points
+            slope = self.optima.slope(task, constraint)
+            place[self._column[field]] += amount * width / slope
+
+    def _all_tasks(self, problem: DesignProblem, pool: Pool) -> Part:
+        """Return the part of all solvable tasks, whatever limits are active: kinks and all."""
+        kept = pool.solvable
+        points = self.interpolation.points(pool.tasks[kept])
+        places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
+        through = Cubic.through(points, places)
+        return Part(np.zeros(len(problem.constraint_names), dtype=bool), through, through)
