@@ -18,7 +18,15 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.arguments import GivenDesign, Name, SetOption, problem_from, report_all
+from pkm_gym.studies.arguments import (
+    GivenDesign,
+    JsonOption,
+    Name,
+    PictureOption,
+    SetOption,
+    problem_from,
+    report_all,
+)
 from pkm_gym.studies.evaluate import Report, content, draw, show_report
 from pkm_gym.studies.terminal import BAD, FAINT, console, section, table
 
@@ -82,20 +90,8 @@ def command(
             show_default=False,
         ),
     ] = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Where the picture goes (.png, .svg or .pdf); runs/NAME/design.png if not said.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", help="Print JSON in SI units only; a picture only if --picture names one."
-        ),
-    ] = False,
+    picture: PictureOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Have a trained designer answer a task with dimensions, in a handful of evaluations.
 

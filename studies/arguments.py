@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -57,6 +58,22 @@ ObjectiveOption: TypeAlias = Annotated[
         metavar="INDEX",
         help="What to optimise; repeat it for several objectives. The first is the one that "
         "merit uses.",
+    ),
+]
+
+PictureOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--picture",
+        metavar="FILE",
+        help="Where the picture goes (.png, .svg or .pdf); under runs/NAME if not said.",
+        show_default=False,
+    ),
+]
+JsonOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--json", help="Print JSON in SI units only; a picture only if --picture names one."
     ),
 ]
 

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose, isfinite
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -22,8 +21,10 @@ from pkm_gym.core.units import shown
 from pkm_gym.studies.arguments import (
     DesignOption,
     GivenDesign,
+    JsonOption,
     Name,
     ObjectiveOption,
+    PictureOption,
     design_from,
     problem_from,
     report_all,
@@ -98,20 +99,8 @@ def command(
     name: Name,
     set_: DesignOption = None,
     objective: ObjectiveOption = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Where the picture goes (.png, .svg or .pdf); runs/NAME/evaluate.png if not said.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", help="Print JSON in SI units only; a picture only if --picture names one."
-        ),
-    ] = False,
+    picture: PictureOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Evaluate a design of your own; without one, the design that the paper prints.
 
