@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import torch
 
+from pkm_gym.agents.fit import read_checkpoint
+
 COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
 REPLAY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 
@@ -52,12 +54,7 @@ def load_checkpoint(model: Any, path: Path) -> dict[str, Any]:
     Raises:
         ValueError: for a file that is missing, damaged or another recipe's.
     """
-    try:
-        state = torch.load(path, weights_only=True)
-    except FileNotFoundError:
-        raise ValueError(f"there is no checkpoint {str(path)!r} to resume from") from None
-    except Exception:  # zip, pickle and torch raise their own
-        raise ValueError(f"{str(path)!r} is no checkpoint, or a damaged one") from None
+    state = read_checkpoint(path)
     try:
         model.set_parameters(state["parameters"])
     except (ValueError, RuntimeError, KeyError):

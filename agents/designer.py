@@ -4,18 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from pkm_gym.agents.network import Network
+from pkm_gym.agents.memory import Memory
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import BoolArray, FloatArray
-from pkm_gym.envs.observation import observe
 from pkm_gym.envs.opening import given_tasks
 from pkm_gym.envs.rules import Rules
-from pkm_gym.envs.session import Answer, Session
+from pkm_gym.envs.session import Answer
+
+
+class Policy(Protocol):
+    """Says which designs to evaluate next."""
+
+    def propose(self, memory: Memory) -> FloatArray:
+        """Return one design (n, d) for each of the sessions, within the bounds."""
+        ...
+
+    def tensors(self) -> dict[str, Any]:
+        """Return all arrays by name, for a file."""
+        ...
+
+    def settings(self) -> dict[str, Any]:
+        """Return what else a file has to hold."""
+        ...
 
 
 class Starts(Protocol):
@@ -56,31 +71,27 @@ class Designs:
 
 @dataclass(frozen=True)
 class Designer:
-    """A network and what it was trained with.
+    """A policy and what it was trained with.
 
     Attributes:
         problem: the problem it designs for.
         rules: budget and step sizes of its sessions.
-        network: observations to actions.
+        policy: what it does in them.
         starts: where its sessions start.
     """
 
     problem: DesignProblem
     rules: Rules
-    network: Network
+    policy: Policy
     starts: Starts
 
-    def open(self, tasks: FloatArray) -> Session:
+    def open(self, tasks: FloatArray) -> Memory:
         """Return new sessions on packed tasks (n, m), nothing evaluated yet."""
-        n = len(tasks)
-        session = Session(self.problem, self.rules, n)
-        session.open(np.arange(n), tasks, self.starts.designs(tasks), np.full(n, np.nan))
-        return session
+        return Memory(self.problem, self.rules, tasks, self.starts.designs(tasks))
 
-    def propose(self, session: Session) -> FloatArray:
+    def propose(self, memory: Memory) -> FloatArray:
         """Return the designs (n, d) that it would evaluate next."""
-        actions = self.network(observe(self.problem, session.tasks, session))
-        return session.propose(np.arange(len(actions)), actions.astype(float))
+        return self.policy.propose(memory)
 
     def design(
         self, tasks: Task | Mapping[str, float] | FloatArray, budget: int | None = None

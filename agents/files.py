@@ -13,8 +13,9 @@ from typing import Any
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from pkm_gym.agents.designer import Centre, Designer
+from pkm_gym.agents.designer import Centre, Designer, Policy
 from pkm_gym.agents.network import Network
+from pkm_gym.agents.planner import Planner
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.envs.observation import observation_layout
@@ -23,8 +24,8 @@ from pkm_gym.mechanisms import make_problem
 
 WEIGHTS = ".safetensors"
 CONFIG = ".json"
-FORMAT = 1
-NEEDED = ("format", "problem", "arguments", "hash", "layout", "rules", "network", "sha256")
+FORMAT = 2
+NEEDED = ("format", "problem", "arguments", "hash", "layout", "rules", "policy", "sha256")
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ def write_designer(
         origin: kept with it.
         arguments: of its problem, as ``make_problem`` takes them.
     """
-    tensors: dict[str, Any] = designer.network.tensors()
+    policy = designer.policy
+    tensors: dict[str, Any] = {f"policy.{name}": a for name, a in policy.tensors().items()}
     interpolated = isinstance(designer.starts, Interpolation)
     if isinstance(designer.starts, Interpolation):
         tensors |= designer.starts.tensors()
@@ -78,10 +80,7 @@ def write_designer(
         "layout": layout_hash(designer.problem),
         "rules": asdict(designer.rules),
         "starts": "interpolated" if interpolated else "centre",
-        "network": {
-            "activation": designer.network.activation,
-            "squashed": designer.network.squashed,
-        },
+        "policy": policy.settings(),
         "sha256": hashlib.sha256(weights).hexdigest(),
         "origin": asdict(origin),
     }
@@ -115,15 +114,24 @@ def read_designer(path: Path) -> tuple[Designer, Origin]:
         tensors = load(weights)
     except SafetensorError as error:
         raise ValueError(f"{str(path)!r} has no readable weights: {error}") from None
-    names = [name for name in tensors if not name.startswith("starts.")]
-    network = Network.of_tensors({name: tensors[name] for name in names}, **config["network"])
+    policy = _policy(problem, config["policy"], tensors)
     starts = (
         Interpolation.of_tensors(problem, tensors)
         if config["starts"] == "interpolated"
         else Centre(problem)
     )
-    designer = Designer(problem, Rules(**config["rules"]), network, starts)
+    designer = Designer(problem, Rules(**config["rules"]), policy, starts)
     return designer, Origin(**config["origin"])
+
+
+def _policy(
+    problem: DesignProblem, settings: Mapping[str, Any], tensors: Mapping[str, Any]
+) -> Policy:
+    prefix = "policy."
+    own = {name[len(prefix) :]: a for name, a in tensors.items() if name.startswith(prefix)}
+    if settings["kind"] == "planner":
+        return Planner.of_tensors(problem, own)
+    return Network.of_tensors(own, settings["activation"], squashed=settings["squashed"])
 
 
 def _config(path: Path) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
-from pkm_gym.agents.training import make_model
+from pkm_gym.agents.learning import make_model
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -134,5 +134,5 @@ def lessons_on(problem: DesignProblem) -> Lessons:
     env = DesignEnv(**arguments)
     nothing = np.empty(0)
     return Lessons(
-        {**arguments, "infos": True}, env, Centre(problem), nothing.reshape(0, 1), nothing
+        {**arguments, "infos": True}, env, Centre(problem), None, nothing.reshape(0, 1), nothing
     )

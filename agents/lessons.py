@@ -37,6 +37,7 @@ class Lessons:
         arguments: of ``DesignVectorEnv``.
         env: one environment of those arguments.
         starts: where the agent's sessions start on a task of its own.
+        pool: solved tasks to learn on, None where there are none.
         tasks: array (n, m), the tasks of the score.
         optima: array (n,), the log merit of their optima.
     """
@@ -44,6 +45,7 @@ class Lessons:
     arguments: Mapping[str, Any]
     env: DesignEnv
     starts: Starts
+    pool: Pool | None
     tasks: FloatArray
     optima: FloatArray
 
@@ -111,10 +113,10 @@ def prepare(
             raise ValueError(f"{env_id} needs solved tasks to learn on: give --pool FILE.npz")
     if pool is not None:
         arguments["pool"] = str(pool)
+    known = Pool.load(pool, problem) if pool is not None else None
     starts: Starts | None = None
     if recipe.starts == "interpolated":
-        assert pool is not None
-        known = Pool.load(pool, problem)
+        assert known is not None
         starts = Interpolation(problem, known)
         arguments |= {"start": "pool", "pool": str(folder / "pool.npz")}
         if not (folder / "pool.npz").exists():
@@ -127,7 +129,8 @@ def prepare(
     scored = _validation(env, folder, validation)
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
-    return Lessons(arguments, env, starts or Centre(env.problem), scored.tasks[kept], optima)
+    own = starts or Centre(env.problem)
+    return Lessons(arguments, env, own, known, scored.tasks[kept], optima)
 
 
 def with_starts(problem: DesignProblem, pool: Pool) -> Pool:

@@ -10,6 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pkm_gym.core.names import check_known
+from pkm_gym.core.types import FloatArray
+from pkm_gym.envs.observation import observe
+from pkm_gym.envs.session import Session
 
 Array = npt.NDArray[np.float32]
 
@@ -58,6 +61,15 @@ class Network:
         values = values @ weights.T + biases
         return np.tanh(values) if self.squashed else np.clip(values, -1.0, 1.0)
 
+    def propose(self, session: Session) -> FloatArray:
+        """Return the designs (n, d) that its actions mean in n sessions."""
+        actions = self(observe(session.problem, session.tasks, session))
+        return session.propose(np.arange(len(actions)), actions.astype(float))
+
+    def settings(self) -> dict[str, Any]:
+        """Return what else a file has to hold."""
+        return {"kind": "network", "activation": self.activation, "squashed": self.squashed}
+
     def tensors(self) -> dict[str, Array]:
         """Return weights and biases by name, for a file."""
         return {
@@ -68,7 +80,7 @@ class Network:
 
     @classmethod
     def of_tensors(
-        cls, tensors: Mapping[str, Array], *, activation: str, squashed: bool
+        cls, tensors: Mapping[str, Array], activation: str, *, squashed: bool
     ) -> Network:
         """Return the network of what ``tensors()`` returned."""
         count = len(tensors) // 2

@@ -19,6 +19,7 @@ ALGORITHMS = {
     "sac": "stable_baselines3:SAC",
     "td3": "stable_baselines3:TD3",
     "tqc": "sb3_contrib:TQC",
+    "model": "pkm_gym.agents.fit:Settings",
 }
 STARTS = ("centre", "interpolated")
 RESERVED = ("policy", "env", "seed", "device", "verbose", "policy_kwargs", "tensorboard_log")

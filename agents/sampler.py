@@ -13,10 +13,10 @@ from optuna.trial import FrozenTrial, TrialState
 
 from pkm_gym.agents.designer import Designer
 from pkm_gym.agents.library import designer_for, load_designer
+from pkm_gym.agents.memory import Memory
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem, TaskLike
 from pkm_gym.core.types import FloatArray
-from pkm_gym.envs.session import Session
 
 PROPOSED = "pkm_gym:proposed"  # attribute of the trials that a designer proposed
 ONLY = np.arange(1)
@@ -101,7 +101,7 @@ class DesignerSampler(BaseSampler):
         """Tell the next sampler."""
         self.then.after_trial(study, trial, state, values)
 
-    def session(self, study: Study) -> Session:
+    def session(self, study: Study) -> Memory:
         """Return the session that the study's finished trials make."""
         session = self.designer.open(self.task.pack()[None])
         for trial in study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):

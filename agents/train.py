@@ -101,15 +101,14 @@ def command(
     lessons = prepare(spec.id, recipe, folder, pool=pool, validation=validation)
     import torch
 
-    from pkm_gym.agents.training import Stopped, Training
+    from pkm_gym.agents.training import Stopped, training_of
 
     torch.set_num_threads(threads)
     try:
         with _bar(screen) as bar, interruptible(stop := threading.Event()):
             line = bar.add_task("", total=recipe.steps, score="")
-            best = Training(run, lessons, partial(_show, bar, line), stop.is_set).train(
-                resume=resume
-            )
+            training = training_of(run, lessons, partial(_show, bar, line), stop.is_set)
+            best = training.train(resume=resume)
     except Stopped:
         screen.print(f"kept in {folder}: the same command with --resume goes on", soft_wrap=True)
         raise typer.Exit(INTERRUPTED) from None

@@ -1,30 +1,19 @@
-"""Training: an SB3 algorithm on design sessions, kept in a folder, resumable to the bit."""
+"""Training: a run that is trained, scored and kept in its folder, whatever the algorithm."""
 
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
-from importlib.util import find_spec
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
-import torch
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.logger import configure
-from stable_baselines3.common.utils import LinearSchedule
 
-from pkm_gym.agents.adapter import SessionVecEnv
-from pkm_gym.agents.checkpoint import load_checkpoint, save_checkpoint
 from pkm_gym.agents.designer import Designer
 from pkm_gym.agents.files import Origin, write_designer
 from pkm_gym.agents.lessons import Lessons
-from pkm_gym.agents.network import Network
-from pkm_gym.agents.recipe import algorithm_class
-from pkm_gym.agents.runs import BEST, CHECKPOINT, SCORES, Run, versions
+from pkm_gym.agents.runs import BEST, SCORES, Run, versions
 from pkm_gym.benchmark.scoring import score
-
-ACTIVATIONS = {"relu": torch.nn.ReLU, "silu": torch.nn.SiLU, "tanh": torch.nn.Tanh}
 
 Report = Callable[[int, float], None]
 
@@ -34,15 +23,16 @@ class Stopped(Exception):  # noqa: N818 (it is no error)
 
 
 @dataclass
-class Training:
+class Training(ABC):
     """A run that is trained.
 
     Attributes:
         run: what is trained, and where it is kept.
         lessons: what it learns and is scored on.
         report: called with the steps done and the best score so far.
-        stop: asked before each rollout whether to keep the state and end.
+        stop: asked now and then whether to keep the state and end.
         scored: called with each score.
+        best: the best score so far.
     """
 
     run: Run
@@ -50,104 +40,43 @@ class Training:
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
     scored: Callable[[float], None] = lambda _: None
+    best: float = field(default=-np.inf, init=False)
 
+    @abstractmethod
     def train(self, *, resume: bool = False) -> float:
         """Train to the end, from the last checkpoint if ``resume``; return the best score.
 
         Raises:
-            ValueError: for a checkpoint that can't be read, or a setting that SB3 refuses.
+            ValueError: for a checkpoint that can't be read, or a setting that is refused.
             Stopped: after ``stop`` said so; the state is kept.
         """
-        model = make_model(self.run, self.lessons)
-        keeper = Keeper(self)
-        if resume:
-            keeper.best = load_checkpoint(model, self.run.folder / CHECKPOINT)["best"]
-        left = self.run.recipe.steps - model.num_timesteps
-        if left > 0:
-            model.learn(left, callback=keeper, reset_num_timesteps=False)
-            keeper.keep()
-        return keeper.best
 
-    def designer(self, model: Any) -> Designer:
-        """Return what the model has become."""
-        env = self.lessons.env
-        return Designer(env.problem, env.rules, Network.of_model(model), self.lessons.starts)
-
-
-def make_model(run: Run, lessons: Lessons) -> Any:
-    """Return an untrained SB3 model of a run.
-
-    Raises:
-        ValueError: for a setting that SB3 refuses.
-    """
-    recipe = run.recipe
-    env = SessionVecEnv(lessons.sessions(recipe.envs))
-    env.seed(run.seed)
-    algorithm = dict(recipe.algorithm)
-    rate = algorithm.get("learning_rate")
-    if isinstance(rate, list):
-        algorithm["learning_rate"] = LinearSchedule(float(rate[0]), float(rate[1]), 1.0)
-    if isinstance(algorithm.get("train_freq"), list):
-        algorithm["train_freq"] = tuple(algorithm["train_freq"])
-    policy = dict(recipe.policy)
-    policy["activation_fn"] = ACTIVATIONS[policy.pop("activation", "relu")]
-    try:
-        model = algorithm_class(run.algorithm)(
-            "MlpPolicy", env, policy_kwargs=policy, seed=run.seed, device="cpu", **algorithm
-        )
-    except (TypeError, AssertionError) as error:
-        raise ValueError(f"{run.algorithm} refuses its settings: {error}") from None
-    board = ["tensorboard"] if find_spec("tensorboard") else []
-    model.set_logger(configure(str(run.folder / "tensorboard"), board))
-    return model
-
-
-class Keeper(BaseCallback):
-    """Between rollouts: reports, scores, keeps the state and the best designer, stops."""
-
-    def __init__(self, training: Training) -> None:
-        super().__init__()
-        self.training = training
-        self.best = -np.inf
-        recipe = training.run.recipe
-        self._interval = max(1, recipe.steps // recipe.checkpoints)
-
-    def _on_rollout_start(self) -> None:
-        done = self.num_timesteps
-        before = done - self._last_rollout()
-        if done and done // self._interval > before // self._interval:
-            self.keep()
-        self.training.report(done, self.best)
-        if self.training.stop():
-            self._save()
-            raise Stopped
-
-    def _on_step(self) -> bool:
-        return True
-
-    def keep(self) -> None:
-        """Score the agent, keep it if it is the best so far, and keep the state."""
-        run, lessons = self.training.run, self.training.lessons
-        designer = self.training.designer(self.model)
+    def score(self, designer: Designer, steps: int) -> float:
+        """Score what was learned in so many steps, and keep it if it is the best so far."""
+        run, lessons = self.run, self.lessons
         reached = score(designer.design(lessons.tasks).regrets(lessons.optima))
         if reached > self.best:
             self.best = reached
-            origin = Origin(run.env_id, run.command, self.model.num_timesteps, reached, versions())
+            origin = Origin(run.env_id, run.command, steps, reached, versions())
             write_designer(designer, run.folder / BEST, origin, lessons.problem_arguments)
-        self.model.logger.record("validation/score", reached)
-        line = {"steps": self.model.num_timesteps, "score": reached}
+        line = {"steps": steps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
-        self._save()
-        self.training.scored(reached)
+        return reached
 
-    def _save(self) -> None:
-        save_checkpoint(self.model, self.training.run.folder / CHECKPOINT, best=self.best)
 
-    def _last_rollout(self) -> int:
-        """Return how many steps the last rollout had."""
-        model: Any = self.model
-        frequency = getattr(model, "train_freq", None)
-        steps = frequency.frequency if frequency else model.n_steps
-        count: int = steps * model.n_envs
-        return count
+def training_of(
+    run: Run,
+    lessons: Lessons,
+    report: Report = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+    scored: Callable[[float], None] = lambda _: None,
+) -> Training:
+    """Return the training of a run, as its algorithm learns."""
+    if run.algorithm == "model":
+        from pkm_gym.agents.fitting import Fitting
+
+        return Fitting(run, lessons, report, stop, scored)
+    from pkm_gym.agents.learning import Learning
+
+    return Learning(run, lessons, report, stop, scored)

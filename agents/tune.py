@@ -18,7 +18,7 @@ from optuna.trial import TrialState
 from pkm_gym.agents.lessons import find_spec, prepare
 from pkm_gym.agents.recipe import ALGORITHMS, Recipe, read_recipe
 from pkm_gym.agents.runs import CHECKPOINT, Run
-from pkm_gym.agents.training import Training
+from pkm_gym.agents.training import training_of
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.storage import count_finished, open_storage, quiet
 from pkm_gym.studies.terminal import FAINT, console, section, table
@@ -41,6 +41,7 @@ SPACES: dict[str, dict[str, Range]] = {
     "sac": {**COMMON, "algorithm.tau": (1e-3, 5e-2)},
     "td3": {**COMMON, "algorithm.tau": (1e-3, 5e-2)},
     "tqc": {**COMMON, "algorithm.tau": (1e-3, 5e-2)},
+    "model": {"algorithm.learning_rate": (1e-3, 1e-2), "algorithm.slopes": (3e-3, 0.3)},
 }
 FAR = 10.0
 FALLS_TO = 0.01  # the share of the learning rate that is left at the end
@@ -68,7 +69,7 @@ class Tuning:
         lessons = prepare(
             self.env_id, recipe, self.folder, pool=self.pool, validation=self.validation
         )
-        return Training(own, lessons, scored=scored).train(resume=known)
+        return training_of(own, lessons, scored=scored).train(resume=known)
 
     def objective(self, trial: Trial) -> float:
         """Return the mean of the best scores of two training seeds; prune what lags behind."""

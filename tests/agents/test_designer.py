@@ -12,7 +12,7 @@ import pkm_gym.agents
 from pkm_gym.agents.files import Origin, read_designer, write_designer
 from pkm_gym.agents.library import load_designer, shipped
 from pkm_gym.agents.models import load_model
-from pkm_gym.agents.training import make_model
+from pkm_gym.agents.learning import make_model
 from pkm_gym.agents.zoo import AT, recorded
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.core.pool import Pool
@@ -43,7 +43,7 @@ def played(designer, task) -> tuple[np.ndarray, np.ndarray, dict]:
     observation, _ = env.reset(options={"task": task})
     designs, merits, ended = [], [], False
     while not ended:
-        action = designer.network(observation[None])[0]
+        action = designer.policy(observation[None])[0]
         observation, _, ended, _, info = env.step(action)
         designs.append(list(info["design"].values()))
         merits.append(info["merit"])
@@ -95,7 +95,7 @@ def test_a_file_gives_the_same_designer(untrained, written):
 def test_a_file_keeps_the_interpolated_starts(untrained, pool, tmp_path):
     designer = untrained()
     starts = Interpolation(designer.problem, pool)
-    made = type(designer)(designer.problem, designer.rules, designer.network, starts)
+    made = type(designer)(designer.problem, designer.rules, designer.policy, starts)
     write_designer(made, tmp_path / "a.json", ORIGIN, {})
     again, _ = read_designer(tmp_path / "a.json")
     np.testing.assert_array_equal(again.design(pool.tasks).designs, made.design(pool.tasks).designs)
@@ -168,7 +168,7 @@ def test_an_sb3_model_that_is_trusted_acts_as_itself(small, tmp_path):
     designer = load_model(path, trust=True, env_id="PKM/Diamond-v0")
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
-    np.testing.assert_allclose(designer.network(observations), expected, atol=1e-6)
+    np.testing.assert_allclose(designer.policy(observations), expected, atol=1e-6)
     with pytest.raises(ValueError, match="environment of other observations"):
         load_model(path, trust=True, env_id="PKM/SPR3-v0")
     with pytest.raises(ValueError, match="give --env"):

@@ -12,7 +12,8 @@ from scipy.stats import binomtest
 from pkm_gym.agents.files import read_designer
 from pkm_gym.agents.recipe import ALGORITHMS
 from pkm_gym.agents.runs import BEST, CHECKPOINT, RUN, SCORES
-from pkm_gym.agents.training import Stopped, Training, make_model
+from pkm_gym.agents.learning import Learning, make_model
+from pkm_gym.agents.training import Stopped
 
 PLAIN = (
     "environment.reward=improvement",
@@ -49,7 +50,7 @@ def assert_same(one, other) -> None:
 def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
     run, lessons = small(algorithm)
     before = make_model(run, lessons).get_parameters()["policy"]
-    best = Training(run, lessons).train()
+    best = Learning(run, lessons).train()
     settings = json.loads((run.folder / RUN).read_text())
     assert settings["recipe"]["envs"] == 8
     assert {"torch", "stable_baselines3"} <= settings["versions"].keys()
@@ -67,11 +68,11 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_the_network_acts_as_the_model_does(small, algorithm):
     run, lessons = small(algorithm)
-    training = Training(run, lessons)
+    training = Learning(run, lessons)
     model = make_model(run, lessons)
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
-    actions = training.designer(model).network(observations)
+    actions = training.designer(model).policy(observations)
     np.testing.assert_allclose(actions, expected, atol=1e-6)
 
 
@@ -79,13 +80,13 @@ def test_the_network_acts_as_the_model_does(small, algorithm):
 @pytest.mark.parametrize("rollouts", [0, 1, 2, 3])
 def test_a_resumed_run_is_equal_to_the_bit(small, algorithm, rollouts):
     whole, lessons = small(algorithm)
-    Training(whole, lessons).train()
+    Learning(whole, lessons).train()
     parts, lessons = small(algorithm)
     with pytest.raises(Stopped):
-        Training(parts, lessons, stop=stop_after(rollouts)).train()
+        Learning(parts, lessons, stop=stop_after(rollouts)).train()
     np.random.default_rng().random()
     torch.manual_seed(99)
-    Training(parts, lessons).train(resume=True)
+    Learning(parts, lessons).train(resume=True)
     one, other = (torch.load(r.folder / CHECKPOINT, weights_only=True) for r in (whole, parts))
     for name in STATES:
         assert_same(one[name], other[name])
@@ -93,18 +94,18 @@ def test_a_resumed_run_is_equal_to_the_bit(small, algorithm, rollouts):
 
 def test_a_checkpoint_of_another_recipe_is_refused(small):
     run, lessons = small()
-    Training(run, lessons).train()
+    Learning(run, lessons).train()
     other, lessons = small("ppo", "policy.net_arch=[8]")
     (run.folder / CHECKPOINT).rename(other.folder / CHECKPOINT)
     with pytest.raises(ValueError, match="belongs to another recipe"):
-        Training(other, lessons).train(resume=True)
+        Learning(other, lessons).train(resume=True)
 
 
 def test_a_damaged_checkpoint_is_refused(small):
     run, lessons = small()
     (run.folder / CHECKPOINT).write_bytes(b"PK\x03\x04 no zip")
     with pytest.raises(ValueError, match="is no checkpoint, or a damaged one"):
-        Training(run, lessons).train(resume=True)
+        Learning(run, lessons).train(resume=True)
 
 
 def test_a_setting_that_sb3_refuses_is_said(small):
@@ -117,7 +118,7 @@ def test_a_setting_that_sb3_refuses_is_said(small):
 def test_ppo_beats_random_search_on_one_variable(small):
     few = (*PLAIN, "environment.budget=3", "envs=32", "policy.net_arch=[64,64]")
     run, lessons = small("ppo", *few, env_id="PKM/DiamondFamily-v0", **FAMILY)
-    Training(run, lessons).train()
+    Learning(run, lessons).train()
     designer, _ = read_designer(run.folder / BEST)
     problem, tasks = lessons.problem, lessons.problem.draw_tasks(200, np.random.default_rng(99))
     session = designer.design(tasks)

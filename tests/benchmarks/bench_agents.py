@@ -9,7 +9,7 @@ import torch
 from pkm_gym.agents.adapter import SessionVecEnv
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
-from pkm_gym.agents.training import make_model
+from pkm_gym.agents.learning import make_model
 from pkm_gym.envs.vector import DesignVectorEnv
 
 ENVS, STEPS = 512, 24

@@ -1,0 +1,238 @@
+"""Fit: the networks of a surrogate in PyTorch, and how they learn from samples."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import silu
+
+from pkm_gym.agents.samples import Samples
+from pkm_gym.agents.surrogate import Surrogate
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+
+HELD_OUT = 16  # each sixteenth task shows how large the errors are
+TYPICAL = 0.75  # quantile of the errors that is called typical
+NEAR = 6e-3  # from the optimum, where errors are measured
+AT_LIMIT = 0.01  # a constraint this far from its limit counts half
+EXACT = 3e-4  # errors below it count by their square, above it by their size
+EXACT_SLOPE = 3e-3
+APART = 2e-3  # the least distance over which a slope is taken
+WARMING = 0.1  # share of the updates in which the learning rate rises
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The hyperparameters of a fit.
+
+    Attributes:
+        updates: steps of Adam.
+        batch_size: samples in each, two of every task.
+        learning_rate: its highest and its last value.
+        slopes: weight of the slope between the two samples of a task.
+        width: of the two hidden layers.
+        pieces: of each constraint.
+    """
+
+    updates: int = 25_000
+    batch_size: int = 2048
+    learning_rate: Sequence[float] = (4e-3, 4e-6)
+    slopes: float = 0.03
+    width: int = 48
+    pieces: int = 4
+
+
+class Net(nn.Module):
+    """The networks of all outputs, side by side.
+
+    Args:
+        depends: array (outputs, inputs), 1 where an output depends on an input, else 0.
+        width: of the hidden layers.
+        pieces: of each output; of the first one only one is used.
+    """
+
+    def __init__(self, depends: Tensor, width: int, pieces: int) -> None:
+        super().__init__()
+        self.depends = depends[:, None]
+        f, size = depends.shape
+        scale = depends.sum(1)[:, None, None] ** -0.5, width**-0.5, width**-0.5
+        layers = zip((size, width, width), (width, width, pieces), scale, strict=True)
+        spread = 0.5, 0.0, 0.1
+        self.weights = nn.ParameterList([s * torch.randn(f, n, m) for n, m, s in layers])
+        self.biases = nn.ParameterList(
+            [s * torch.randn(f, 1, w.shape[2]) for s, w in zip(spread, self.weights, strict=True)]
+        )
+        self.straight = nn.Parameter(0.1 * torch.randn(f, size, pieces))
+
+    def forward(self, inputs: Tensor) -> Tensor:
+        """Return the outputs (n, f) for standardised inputs (n, size)."""
+        own = inputs * self.depends
+        hidden = silu(torch.baddbmm(self.biases[0], own, self.weights[0]))
+        hidden = silu(torch.baddbmm(self.biases[1], hidden, self.weights[1]))
+        made = torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
+        return torch.cat([made[:1, :, 0], made[1:].amax(dim=2)]).T
+
+
+class Fit:
+    """A surrogate that is being fitted to samples.
+
+    Attributes:
+        settings: the hyperparameters.
+        done: updates so far.
+    """
+
+    def __init__(
+        self, problem: DesignProblem, samples: Samples, settings: Settings, seed: int
+    ) -> None:
+        self.problem, self.samples, self.settings, self.done = problem, samples, settings, 0
+        n, k, d = samples.places.shape
+        inputs = np.concatenate([np.repeat(samples.points[:, None], k, axis=1), samples.places], 2)
+        self._middle, self._spread = _standard(inputs)
+        self._mean, self._scale = _standard(samples.told)
+        self._inputs = _tensor((inputs - self._middle) / self._spread)
+        self._places = _tensor(samples.places)
+        self._told = _tensor(np.nan_to_num((samples.told - self._mean) / self._scale))
+        self._weights = _tensor(_weights(samples.told))
+        self._learned = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
+        self._generator = torch.Generator().manual_seed(seed)
+        torch.manual_seed(seed)
+        depends = np.c_[samples.depends, np.ones((len(samples.depends), d), dtype=bool)]
+        self._net = Net(_tensor(depends), settings.width, settings.pieces)
+        high, low = settings.learning_rate
+        self._optimiser = torch.optim.Adam(self._net.parameters(), lr=high, betas=(0.9, 0.99))
+        self._schedule = torch.optim.lr_scheduler.OneCycleLR(
+            self._optimiser, max_lr=high, total_steps=settings.updates + 1, pct_start=WARMING,
+            final_div_factor=high / (25.0 * low),
+        )  # fmt: skip
+
+    def update(self) -> None:
+        """Take one step of Adam on pairs of samples."""
+        half = self.settings.batch_size // 2
+        task = self._learned[self._draw(len(self._learned), half)]
+        first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
+        rows = torch.cat([task, task]), torch.cat([first, second])
+        error = (self._net(self._inputs[rows]) - self._told[rows]) * _tensor(self._scale)
+        weight = self._weights[rows]
+        apart = (self._places[task, first] - self._places[task, second]).norm(dim=1) + APART
+        slope = (error[:half] - error[half:]) / apart[:, None]
+        heavier = torch.maximum(weight[:half], weight[half:])
+        loss = (weight * _robust(error, EXACT)).mean()
+        loss = loss + self.settings.slopes * (heavier * _robust(slope, EXACT_SLOPE)).mean()
+        self._optimiser.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        nn.utils.clip_grad_norm_(self._net.parameters(), 1.0)
+        self._optimiser.step()
+        self._schedule.step()
+        self.done += 1
+
+    def surrogate(self) -> Surrogate:
+        """Return what was fitted so far, with the errors that it makes on the held-out tasks."""
+        net = {name: value.detach().double().numpy() for name, value in self._net.named_parameters()}
+        depends = self._net.depends.double().numpy().swapaxes(1, 2)
+        return Surrogate(
+            problem=self.problem,
+            columns=self.samples.columns,
+            errors=self._errors(),
+            middle=self._middle, spread=self._spread, mean=self._mean, scale=self._scale,
+            weights=(net["weights.0"] * depends, net["weights.1"], net["weights.2"]),
+            biases=(net["biases.0"], net["biases.1"], net["biases.2"]),
+            straight=net["straight"] * depends,
+        )  # fmt: skip
+
+    def save(self, path: Path, best: float) -> None:
+        """Write the state; the file appears whole or not at all."""
+        state = {
+            "net": self._net.state_dict(),
+            "optimiser": self._optimiser.state_dict(),
+            "schedule": self._schedule.state_dict(),
+            "generator": self._generator.get_state(),
+            "done": self.done,
+            "best": best,
+        }
+        temporary = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            torch.save(state, temporary)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    def load(self, path: Path) -> float:
+        """Go on from a file that ``save`` wrote; return the best score.
+
+        Raises:
+            ValueError: for a file that is missing, damaged or another recipe's.
+        """
+        state = read_checkpoint(path)
+        try:
+            self._net.load_state_dict(state["net"])
+            self._optimiser.load_state_dict(state["optimiser"])
+        except (KeyError, RuntimeError, ValueError):
+            raise ValueError(f"{str(path)!r} belongs to another recipe") from None
+        self._schedule.load_state_dict(state["schedule"])
+        self._generator.set_state(state["generator"])
+        self.done = state["done"]
+        best: float = state["best"]
+        return best
+
+    def _draw(self, below: int, n: int) -> Tensor:
+        return torch.randint(below, (n,), generator=self._generator)
+
+    def _errors(self) -> FloatArray:
+        """Return the typical error (f,) near the optima of the held-out tasks."""
+        held = np.arange(len(self.samples.points)) % HELD_OUT == 0
+        told = self.samples.told[held]
+        with torch.no_grad():
+            made = self._net(self._inputs[torch.as_tensor(held)].flatten(0, 1)).double().numpy()
+        error = np.abs(made * self._scale + self._mean - told.reshape(made.shape))
+        counts = np.abs(told) < AT_LIMIT
+        counts[..., 0] = True
+        counts &= (self.samples.distances[held] < NEAR)[..., None]
+        counted = np.where(counts.reshape(made.shape), error, np.nan)
+        typical: FloatArray = np.nanquantile(counted, TYPICAL, axis=0)
+        return typical
+
+
+def read_checkpoint(path: Path) -> dict[str, Any]:
+    """Return the state in a file, unpickling no code.
+
+    Raises:
+        ValueError: for a file that is missing or damaged.
+    """
+    try:
+        state: dict[str, Any] = torch.load(path, weights_only=True)
+    except FileNotFoundError:
+        raise ValueError(f"there is no checkpoint {str(path)!r} to resume from") from None
+    except Exception:  # zip, pickle and torch raise their own
+        raise ValueError(f"{str(path)!r} is no checkpoint, or a damaged one") from None
+    return state
+
+
+def _standard(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return mean and deviation of the last axis' columns."""
+    rows = values.reshape(-1, values.shape[-1])
+    return np.nanmean(rows, axis=0), np.maximum(np.nanstd(rows, axis=0), 1e-12)
+
+
+def _weights(told: FloatArray) -> FloatArray:
+    """Return how much each sample counts: constraints at their limit the most, NaN not at all."""
+    weights = 1.0 / (1.0 + np.abs(told) / AT_LIMIT)
+    weights[..., 0] = 1.0
+    weights[~np.isfinite(told)] = 0.0
+    whole: FloatArray = weights / weights.mean(axis=(0, 1))
+    return whole
+
+
+def _robust(error: Tensor, exact: float) -> Tensor:
+    size = error.abs()
+    return torch.where(size < exact, 0.5 * size**2 / exact, size - 0.5 * exact)
+
+
+def _tensor(values: Any) -> Tensor:
+    return torch.as_tensor(np.asarray(values), dtype=torch.float32)

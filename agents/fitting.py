@@ -1,0 +1,77 @@
+"""Fitting: a run in which a surrogate learns what the designs near solved tasks' optima give."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pkm_gym.agents.designer import Designer
+from pkm_gym.agents.fit import Fit, Settings
+from pkm_gym.agents.planner import Planner
+from pkm_gym.agents.runs import CHECKPOINT
+from pkm_gym.agents.samples import draw
+from pkm_gym.agents.training import Stopped, Training
+
+CHECK_EVERY = 100  # updates between two looks at whether to stop
+
+
+class Fitting(Training):
+    """A run that fits a surrogate, for a designer that plans with it."""
+
+    def train(self, *, resume: bool = False) -> float:
+        """Fit to the end, from the last checkpoint if ``resume``; return the best score.
+
+        Raises:
+            ValueError: without solved tasks, for a bad setting or an unreadable checkpoint.
+            Stopped: after ``stop`` said so; the state is kept.
+        """
+        fit, path = self.begin(), self.run.folder / CHECKPOINT
+        if resume:
+            self.best = fit.load(path)
+        updates = fit.settings.updates
+        every = max(1, updates // self.run.recipe.checkpoints)
+        while fit.done < updates:
+            fit.update()
+            if fit.done % every == 0 or fit.done == updates:
+                self._keep(fit, path)
+            if fit.done % CHECK_EVERY == 0:
+                self.report(self._steps(fit), self.best)
+                if self.stop():
+                    fit.save(path, self.best)
+                    raise Stopped
+        return self.best
+
+    def begin(self) -> Fit:
+        """Return the fit at its beginning: the samples are drawn, nothing is learned.
+
+        Raises:
+            ValueError: without solved tasks, or for fewer than two samples of each.
+        """
+        pool, recipe, seed = self.lessons.pool, self.run.recipe, self.run.seed
+        if pool is None:
+            raise ValueError("a model learns from solved tasks: give --pool FILE.npz")
+        tasks = int(pool.solvable.sum())
+        if recipe.steps < 2 * tasks:
+            raise ValueError(
+                f"steps is {recipe.steps}: {tasks} solved tasks need at least {2 * tasks}"
+            )
+        generator = np.random.default_rng(seed)
+        samples = draw(self.lessons.problem, pool, recipe.steps // tasks, generator)
+        return Fit(self.lessons.problem, samples, Settings(**recipe.algorithm), seed)
+
+    def designer(self, fit: Fit) -> Designer:
+        """Return the designer that plans with what was fitted so far."""
+        lessons = self.lessons
+        return Designer(
+            lessons.problem, lessons.env.rules, Planner(fit.surrogate()), lessons.starts
+        )
+
+    def _keep(self, fit: Fit, path: Path) -> None:
+        reached = self.score(self.designer(fit), self._steps(fit))
+        fit.save(path, self.best)
+        self.scored(reached)
+
+    def _steps(self, fit: Fit) -> int:
+        """Return the share of the evaluations that the updates done have made use of."""
+        return round(self.run.recipe.steps * fit.done / fit.settings.updates)

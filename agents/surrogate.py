@@ -1,0 +1,150 @@
+"""Surrogate: a learned model of a problem near its optima, smooth pieces and their kinks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from pkm_gym.core.merit import CAP
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.envs.observation import scaled_tasks
+
+IntArray = npt.NDArray[np.intp]
+
+TENSORS = (
+    "columns", "errors", "middle", "spread", "mean", "scale",
+    "weight.0", "bias.0", "weight.1", "bias.1", "weight.2", "bias.2", "straight",
+)  # fmt: skip
+
+
+class Pieces(NamedTuple):
+    """The pieces of all outputs at n places.
+
+    Attributes:
+        values: array (n, outputs, pieces).
+        slopes: array (n, outputs, pieces, d), over the places.
+    """
+
+    values: FloatArray
+    slopes: FloatArray
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """Small networks, one for each output, from a task and a design to the output's pieces.
+
+    The first output is the log merit without its penalty. The others are the constraints that may
+    hold an optimum back. A constraint is the largest of its pieces, for limits over a workspace
+    have kinks: the worst pose jumps. The first output has one piece only.
+
+    A task is given by its drawn fields, the Family's range to +-0.6; a design by its place in the
+    unit cube.
+
+    Attributes:
+        problem: what is modelled.
+        columns: array (outputs - 1,), the constraints among the problem's.
+        errors: array (outputs,), the typical error near an optimum.
+        middle, spread: arrays (inputs,), by which inputs are standardised.
+        mean, scale: arrays (outputs,), by which outputs are.
+        weights: three arrays (outputs, in, out); what an output doesn't depend on has none.
+        biases: three arrays (outputs, 1, out).
+        straight: array (outputs, inputs, pieces), weights from the inputs to the pieces.
+    """
+
+    problem: DesignProblem
+    columns: IntArray
+    errors: FloatArray
+    middle: FloatArray
+    spread: FloatArray
+    mean: FloatArray
+    scale: FloatArray
+    weights: tuple[FloatArray, FloatArray, FloatArray]
+    biases: tuple[FloatArray, FloatArray, FloatArray]
+    straight: FloatArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the outputs."""
+        return ("merit", *(self.problem.constraint_names[j] for j in self.columns))
+
+    def pieces(self, point: FloatArray, places: FloatArray) -> Pieces:
+        """Return the pieces at places (n, d) of a task's point (m,)."""
+        m, d = len(point), places.shape[1]
+        inputs = (np.c_[np.tile(point, (len(places), 1)), places] - self.middle) / self.spread
+        first, second, last = self.weights
+        seed = first[:, m:] / self.spread[m:, None]  # (outputs, d, width)
+        hidden, rise = _silu(inputs @ first + self.biases[0])
+        slopes = rise[:, :, None, :] * seed[:, None]  # (outputs, n, d, width)
+        hidden, rise = _silu(hidden @ second + self.biases[1])
+        slopes = rise[:, :, None, :] * (slopes @ second[:, None])
+        values = hidden @ last + self.biases[2] + inputs @ self.straight
+        straight = self.straight[:, m:] / self.spread[m:, None]
+        slopes = slopes @ last[:, None] + straight[:, None]
+        scale = self.scale[:, None]
+        made = values.swapaxes(0, 1) * scale + self.mean[:, None]
+        made[:, 0, 1:] = -np.inf
+        return Pieces(made, np.moveaxis(slopes, (1, 3), (0, 2)) * scale[..., None])
+
+    def told(self, log_merit: FloatArray, constraints: FloatArray) -> FloatArray:
+        """Return what evaluations say of the outputs: array (n, outputs), NaN where nothing.
+
+        Args:
+            log_merit: array (n,).
+            constraints: array (n, c), all of the problem's.
+        """
+        return outputs(self.problem, log_merit, constraints)[:, np.r_[0, 1 + self.columns]]
+
+    def point(self, task: FloatArray) -> FloatArray:
+        """Return the point (m,) of a packed task."""
+        return points(self.problem, task[None])[0]
+
+    def tensors(self) -> dict[str, Any]:
+        """Return all arrays by name, for a file: float32 but for the columns."""
+        arrays = (
+            self.errors, self.middle, self.spread, self.mean, self.scale,
+            *(array for pair in zip(self.weights, self.biases, strict=True) for array in pair),
+            self.straight,
+        )  # fmt: skip
+        single = [np.ascontiguousarray(array, dtype=np.float32) for array in arrays]
+        return dict(zip(TENSORS, [self.columns.astype(np.int64), *single], strict=True))
+
+    @classmethod
+    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Surrogate:
+        """Return the surrogate of what ``tensors()`` returned."""
+        columns, *rest = (tensors[name] for name in TENSORS)
+        errors, middle, spread, mean, scale, *layers, straight = (
+            array.astype(float) for array in rest
+        )
+        return cls(
+            problem, columns.astype(np.intp), errors, middle, spread, mean, scale,
+            (layers[0], layers[2], layers[4]), (layers[1], layers[3], layers[5]), straight,
+        )  # fmt: skip
+
+
+def outputs(
+    problem: DesignProblem, log_merit: FloatArray, constraints: FloatArray
+) -> FloatArray:
+    """Return log merits (n,) without their penalty, and constraints (n, c): array (n, 1 + c).
+
+    NaN where the log merit is capped, for there it says nothing of the design.
+    """
+    penalty = problem.penalty_weight * np.maximum(0.0, constraints).sum(axis=1)
+    whole = np.c_[log_merit - penalty, constraints]
+    return np.where(log_merit[:, None] < CAP, whole, np.nan)
+
+
+def points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
+    """Return the fields that are drawn (n, m) of packed tasks, the Family's range to +-0.6."""
+    drawn = [variable.drawn for variable in problem.task_variables]
+    return scaled_tasks(problem, tasks)[:, drawn]
+
+
+def _silu(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return x / (1 + exp(-x)) and its derivative."""
+    half = 0.5 + 0.5 * np.tanh(0.5 * x)
+    return x * half, half * (1.0 + x * (1.0 - half))
