@@ -101,14 +101,17 @@ class Twin:
     def tool_state(self) -> tuple[FloatArray, FloatArray]:
         """Return the tool's position and velocity, as many coordinates as the twist has."""
         size = len(self.mechanism.twist_names)
-        return self.frame[:size, 3], self._tool_jacobian() @ self.data.qvel
+        return self.frame[:size, 3], self.tool_velocity
+
+    @property
+    def tool_velocity(self) -> FloatArray:
+        """The tool's velocity, as many coordinates as the twist has."""
+        return self._tool_jacobian() @ self.data.qvel
 
     @property
     def jacobian(self) -> FloatArray:
         """The Jacobian (twist, joints) by virtual work: passive rates follow from the loops."""
-        loops, tool = self._loop_jacobian(), self._tool_jacobian()
-        followed = -np.linalg.lstsq(loops[:, self.passive], loops[:, self.rates])[0]
-        return np.asarray(tool[:, self.rates] + tool[:, self.passive] @ followed)
+        return self._tool_jacobian() @ self._followed()
 
     def velocities(self, twist: FloatArray) -> FloatArray:
         """Return the rates (nv,) of all coordinates that a twist asks for, the loops closed."""
@@ -138,6 +141,13 @@ class Twin:
         driven = np.eye(model.nv)[:, self.rates]
         solved = np.linalg.lstsq(np.concatenate([driven, loops.T], axis=1), forces)[0]
         return np.asarray(solved[: len(self.rates)])
+
+    def bearing_forces(self) -> FloatArray:
+        """Return the drives' forces (joints,), N or N m, against weight and velocity terms.
+
+        By virtual work on MuJoCo's bias, as the twin stands and moves.
+        """
+        return self._followed().T @ (self.data.qfrc_bias - self.data.qfrc_passive)
 
     def settle(self, joints: FloatArray) -> Settled:
         """Let the servos take the twin from home to joints (k,), against gravity, until it rests.
@@ -182,6 +192,13 @@ class Twin:
         body, point = self.model.site_bodyid[site], self.data.site_xpos[site]
         mujoco.mj_jacDot(self.model, self.data, rows, None, point, body)
         return rows
+
+    def _followed(self) -> FloatArray:
+        """Return all rates (nv, joints) per rate of each driven joint, the loops closed."""
+        loops, rates = self._loop_jacobian(), np.zeros((self.model.nv, len(self.rates)))
+        rates[self.rates] = np.eye(len(self.rates))
+        rates[self.passive] = -np.linalg.lstsq(loops[:, self.passive], loops[:, self.rates])[0]
+        return rates
 
     def _tool_jacobian(self) -> FloatArray:
         size = len(self.mechanism.twist_names)

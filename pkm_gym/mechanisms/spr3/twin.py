@@ -29,7 +29,7 @@ from pkm_gym.core.twin import (
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
-from pkm_gym.mechanisms.spr3.path import GatePath, largest_cylinder, motion
+from pkm_gym.mechanisms.spr3.path import GatePath, along, largest_cylinder
 from pkm_gym.mechanisms.spr3.problem import REFERENCE
 
 SOLVER = Solver(timestep=2.5e-4, solref=(1e-3, 1.0))
@@ -96,15 +96,34 @@ def draw_poses(machine: Spr3, n: int, generator: np.random.Generator) -> FloatAr
     return machine.forward_kinematics(joints)
 
 
-def course(machine: Spr3, samples: int = 201) -> Course:
+def course(machine: Spr3, samples: int = 201, task: object = None) -> Course:
     """Return the paper's path, the largest of its shape that fits the machine at every gamma."""
-    found = motion(machine, *_path(machine), samples)
-    return Course(float(found.times[-1]), machine.pose_at(found.positions), found.velocities)
+    del task  # no task of the 3-SPR has a path
+    times, positions, velocities = along(*_path(machine), samples)
+    return Course(float(times[-1]), machine.pose_at(positions), velocities)
 
 
 def frames(machine: Spr3, poses: FloatArray) -> FloatArray:
     """Return the platform's axes and position as columns, (n, 3, 4), at poses (n, 3)."""
     return np.concatenate([machine.rotation(poses), machine.position(poses)[..., None]], axis=-1)
+
+
+def pose(machine: Spr3, frame: FloatArray) -> FloatArray:
+    """Return the pose (3,) of a platform's frame (3, 4)."""
+    del machine
+    normal, centre = frame[:, 2], frame[:, 3]
+    return np.array([*(normal[:2] / (1.0 + normal[2])), normal @ centre])
+
+
+def margins(machine: Spr3, pose: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return numbers (3,) > 0 in the modes that the machine is built in.
+
+    det J, > 0 on this side of the parallel singularities, the margin to the fold, and s (m), > 0 in
+    front of the fixed platform.
+    """
+    del joints
+    local = machine.local_indices(pose)
+    return np.array([local["det"], local["fold"], pose[2]])
 
 
 def _path(machine: Spr3) -> tuple[GatePath, float, float]:
