@@ -11,6 +11,7 @@ import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.trajectory import polynomial_345
+from pkm_gym.core.twin import BANDWIDTH
 from pkm_gym.core.types import FloatArray
 
 RAMP, HOLD = 0.3, 1.5  # s: the servos' way to a pose, and the longest wait there
@@ -45,6 +46,9 @@ class Twin:
         home: array (k,), the pose at which it is assembled.
         lumped: build the variant that the mechanism's own dynamics describes.
 
+    Attributes:
+        servo_inertia: array (joints,), kg or kg m^2, what each servo is laid out for.
+
     Raises:
         ValueError: for a pose out of reach, or a mechanism without a twin.
     """
@@ -66,6 +70,7 @@ class Twin:
             np.array([self.model.actuator(f"{kind}_{name}").id for name in mechanism.joint_names])
             for kind in ("servo", "motor")
         )
+        self.servo_inertia = self.model.actuator_gainprm[self.servos, 0] / BANDWIDTH**2
         mujoco.mj_forward(self.model, self.data)
 
     # Kinematics -----------------------------------------------------------------------------------

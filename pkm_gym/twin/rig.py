@@ -23,7 +23,7 @@ class State(NamedTuple):
     """What is measured of a twin.
 
     Joints and rates are (joints,), rad or m; position and velocity of the tool as many coordinates
-    as the twist has, m and m/s; the pose is (k,).
+    as the twist has, m and m/s; the pose is (k,); the gap says how far the loops are open, m.
     """
 
     joints: FloatArray
@@ -31,6 +31,7 @@ class State(NamedTuple):
     position: FloatArray
     velocity: FloatArray
     pose: FloatArray
+    gap: float
 
 
 class Path(NamedTuple):
@@ -98,7 +99,7 @@ class Rig:
             if self.frame_skip > 1:
                 mujoco.mj_step(model, data, self.frame_skip - 1)
             mujoco.mj_step1(model, data)
-        self.stable = not warnings and bool(np.isfinite(data.qpos).all())
+        self.stable = not warnings and bool(np.isfinite([*data.qpos, *data.qvel]).all())
         if self.stable:
             self.state = self._measure()
 
@@ -133,6 +134,7 @@ class Rig:
             frame[:size, 3],
             self.twin.tool_velocity,
             self.twin.module.pose(self.twin.mechanism, frame),
+            self.twin.gap,
         )
 
     def _resampled(self, course: Any) -> Path:
