@@ -1,4 +1,4 @@
-"""Training: an SB3 algorithm on design sessions, kept in a folder, resumable to the bit."""
+"""Training: an SB3 algorithm on its lessons, kept in a folder, resumable to the bit."""
 
 from __future__ import annotations
 
@@ -6,25 +6,45 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import LinearSchedule
+from stable_baselines3.common.vec_env import VecEnv
 
-from pkm_gym.agents.adapter import SessionVecEnv
 from pkm_gym.agents.checkpoint import load_checkpoint, save_checkpoint
-from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.files import Origin, write_designer
-from pkm_gym.agents.lessons import Lessons
+from pkm_gym.agents.files import Origin
 from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import algorithm_class
 from pkm_gym.agents.runs import BEST, CHECKPOINT, SCORES, Run, versions
-from pkm_gym.benchmark.scoring import score
 
 ACTIVATIONS = {"relu": torch.nn.ReLU, "silu": torch.nn.SiLU, "tanh": torch.nn.Tanh}
+
+
+class Teacher(Protocol):
+    """What an agent learns on, and is scored on."""
+
+    @property
+    def goal(self) -> str:
+        """What the agent is scored on."""
+        ...
+
+    def vec_env(self, n: int) -> VecEnv:
+        """Return n environments to learn on; their state can be saved and restored."""
+        ...
+
+    def score(self, network: Network) -> float:
+        """Return the score of a network; larger is better."""
+        ...
+
+    def write(self, network: Network, path: Path, origin: Origin) -> None:
+        """Write a network so that it can be used."""
+        ...
+
 
 Report = Callable[[int, float], None]
 
@@ -46,7 +66,7 @@ class Training:
     """
 
     run: Run
-    lessons: Lessons
+    lessons: Teacher
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
     scored: Callable[[float], None] = lambda _: None
@@ -68,20 +88,15 @@ class Training:
             keeper.keep()
         return keeper.best
 
-    def designer(self, model: Any) -> Designer:
-        """Return what the model has become."""
-        env = self.lessons.env
-        return Designer(env.problem, env.rules, Network.of_model(model), self.lessons.starts)
 
-
-def make_model(run: Run, lessons: Lessons) -> Any:
+def make_model(run: Run, lessons: Teacher) -> Any:
     """Return an untrained SB3 model of a run.
 
     Raises:
         ValueError: for a setting that SB3 refuses.
     """
     recipe = run.recipe
-    env = SessionVecEnv(lessons.sessions(recipe.envs))
+    env = lessons.vec_env(recipe.envs)
     env.seed(run.seed)
     algorithm = dict(recipe.algorithm)
     rate = algorithm.get("learning_rate")
@@ -128,12 +143,12 @@ class Keeper(BaseCallback):
     def keep(self) -> None:
         """Score the agent, keep it if it is the best so far, and keep the state."""
         run, lessons = self.training.run, self.training.lessons
-        designer = self.training.designer(self.model)
-        reached = score(designer.design(lessons.tasks).regrets(lessons.optima))
+        network = Network.of_model(self.model)
+        reached = lessons.score(network)
         if reached > self.best:
             self.best = reached
             origin = Origin(run.env_id, run.command, self.model.num_timesteps, reached, versions())
-            write_designer(designer, run.folder / BEST, origin, lessons.problem_arguments)
+            lessons.write(network, run.folder / BEST, origin)
         self.model.logger.record("validation/score", reached)
         line = {"steps": self.model.num_timesteps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:

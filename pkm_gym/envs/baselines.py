@@ -115,7 +115,8 @@ def run(
     """Let a controller drive one episode; ``seed`` and ``options`` are those of ``reset``."""
     observation: npt.NDArray[Any]
     observation, _ = env.reset(seed=seed, options=options)
-    errors, shares, total, ended, info = [], [], 0.0, False, {}
+    errors, shares, total, ended = [], [], 0.0, False
+    info: dict[str, Any] = {}
     while not ended:
         observation, reward, ended, _, info = env.step(controller(env, observation))
         errors.append(info["error"])

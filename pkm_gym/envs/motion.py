@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, log1p
 from typing import Any
 
 import gymnasium as gym
@@ -15,19 +14,16 @@ from gymnasium.error import ResetNeeded
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import check_whole, finite
+from pkm_gym.envs.motion_opening import MotionOpening
+from pkm_gym.envs.motion_rules import MotionRules
 from pkm_gym.envs.motion_view import View, motion_layout
-from pkm_gym.envs.opening import given_designs, given_tasks
 from pkm_gym.envs.rendering import Frame
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.twin.camera import Camera
-from pkm_gym.twin.rig import Rig
 
 Observation = npt.NDArray[np.float32]
 Info = dict[str, Any]
 
-RESERVE = 3.0  # the motors' limit over what the printed design needs on the path
-CLOSE = 1e-3  # m, where the tracking term bends
-NEAR_LIMIT = 0.9  # share of the limit where its term begins
 REASONS = ("finished", "off the path", "assembly mode", "loop open", "unstable")
 
 
@@ -67,7 +63,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     | error | t | tanh((path now - tool) / 5 mm) |
     | error_rate | t | tanh of the velocity that the tool lacks, over a tenth of the largest speed |
     | acceleration | t | that the path has now, over its largest |
-    | path | 5 t | points 1, 2, 4, 8, 16 steps ahead from the path's now, over the way at full speed |
+    | path | 5 t | points 1, 2, 4, 8, 16 steps ahead less the one now, over the way at full speed |
     | time_left | 1 | share of the steps that are left |
     | design | d | its variables, the box to +-1 |
     | task | m | as a design environment shows it |
@@ -84,8 +80,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     The first is 1 on the path, 0.82 at 1 mm and 0 at the error limit; it is 0 in a step that fails.
 
     ## Starting State
-    At rest at the start of the path; with ``start_offset`` each joint is a random share, up to that
-    one, of the way to where the machine stands best. ``reset(options={"design": ..., "task":
+    At rest at the start of the path, or with ``start="anywhere"`` at a random step of it, moving
+    with it. With ``start_offset`` each joint is off by a random share, up to that one, of the way
+    to where the machine stands best. ``reset(options={"design": ..., "task":
     ...})`` gives the design, a mapping of the variables or an array (d,), and the task, a mapping
     of the fields that differ from the paper's or packed (m,), both in SI units, for this episode.
 
@@ -124,6 +121,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         loop_limit: float = 1e-3,
         effort_weight: float = 0.05,
         limit_weight: float = 0.1,
+        start: str = "beginning",
         start_offset: float = 0.0,
         render_mode: str | None = None,
         width: int = 640,
@@ -144,8 +142,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             loop_limit: m, how far open a loop may be.
             effort_weight: of the effort in the reward.
             limit_weight: of the torque limit in the reward.
-            start_offset: from 0 to 0.1, the largest share of the way home that a joint starts off
-                the path's start.
+            start: "beginning" of the path, or "anywhere" on it, which helps to learn.
+            start_offset: from 0 to 0.1, the largest share of the way home that a joint starts off.
             render_mode: "rgb_array" or None; what the twin's camera sees, which needs OpenGL.
             width: of a picture, pixels.
             height: of a picture, pixels.
@@ -157,33 +155,24 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         """
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
-        for name, value in (("frame_skip", frame_skip), ("width", width), ("height", height)):
-            check_whole(name, value)
-        _check("speed", speed)
-        _check("error_limit", error_limit)
-        _check("loop_limit", loop_limit)
-        _check("effort_weight", effort_weight, zero=True)
-        _check("limit_weight", limit_weight, zero=True)
-        _check("start_offset", start_offset, zero=True, most=0.1)
-        if force_limit is not None:
-            _check("force_limit", force_limit)
+        check_whole("width", width)
+        check_whole("height", height)
         self.problem = make_problem(problem, **arguments)
-        self.speed, self.frame_skip = speed, frame_skip
-        self.error_limit, self.loop_limit = error_limit, loop_limit
-        self.effort_weight, self.limit_weight = effort_weight, limit_weight
-        self.start_offset = start_offset
+        self.rules = MotionRules(
+            speed, frame_skip, force_limit, error_limit, loop_limit, effort_weight, limit_weight,
+            start, start_offset,
+        )  # fmt: skip
         self.render_mode = render_mode
-        self._given_limit = force_limit
-        self._home = self._chosen(design, None)
+        self.opening = MotionOpening(self.problem, self.rules, design)
         self._camera = Camera(width, height)
-        self._task = np.empty(0)
-        self._open(*self._home)
+        self._build(*self.opening.chosen(None))
         self.observation_layout = motion_layout(self.problem, self.rig.twin.mechanism)
         size = self.observation_layout["task"].stop
         self.observation_space = spaces.Box(-1.0, 1.0, (size,), np.float32)
         motors = (len(self.rig.twin.motors),)
         self.action_space = spaces.Box(-1.0, 1.0, motors, np.float32)
         self.steps_done = 0
+        self.error = 0.0  # m, how far the tool is from where the path is now
         self._over = True
 
     def reset(
@@ -196,15 +185,12 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
                 can't follow the path; nothing has changed then but the seed.
         """
         super().reset(seed=seed)
-        given = options or {}
-        check_known("reset option", given, ("design", "task"))
-        shares = self.start_offset * self.np_random.random(len(self.rig.twin.motors))
-        design, task = self._chosen(given.get("design"), given.get("task"))
+        design, task = self.opening.chosen(options)
         if not (np.array_equal(design, self._design) and np.array_equal(task, self._task)):
-            self._open(design, task)
-        self.rig.reset(self._beside(shares) if self.start_offset > 0.0 else None)
-        self.steps_done, self._over = 0, False
-        return self._view.see(0), self._reset_info()
+            self._build(design, task)
+        self.steps_done = self.opening.place(self.rig, self.np_random)
+        self.error, self._over = self._distance(), False
+        return self._view.see(self.steps_done), self._reset_info()
 
     def step(self, action: npt.NDArray[Any]) -> tuple[Observation, float, bool, bool, Info]:
         """Let the motors give the action's forces for one step.
@@ -219,8 +205,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         forces = self.force_limit * action
         self.rig.drive(forces)
         self.steps_done += 1
+        self.error = self._distance()
         reason = self._reason()
-        terms = self._terms(action, failed=reason not in ("", "finished"))
+        terms = self.rules.terms(self.error, action, failed=reason not in ("", "finished"))
         info: Info = {
             "error": self.error,
             "loop_gap": self.rig.state.gap,
@@ -243,9 +230,19 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         """Close the camera."""
         self._camera.close()
 
-    @property
-    def error(self) -> float:
-        """How far the tool is from where the path is now, m."""
+    def save(self) -> FloatArray:
+        """Return what the episode goes on from."""
+        return np.concatenate([[self.steps_done], self.rig.save()])
+
+    def load(self, saved: FloatArray) -> Observation:
+        """Go on from what ``save`` returned, of the same design; return what is seen there."""
+        self.steps_done, self._over = int(saved[0]), False
+        self.rig.load(saved[1:])
+        self.error = self._distance()
+        return self._view.see(self.steps_done)
+
+    def _distance(self) -> float:
+        """Return how far the tool is from where the path is now, m."""
         wanted = self.rig.path.positions[2 * self.steps_done]
         return float(np.linalg.norm(wanted - self.rig.state.position))
 
@@ -253,79 +250,30 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         """Return why the episode ends, "" if it goes on."""
         if not self.rig.stable:
             return "unstable"
-        if self.rig.state.gap > self.loop_limit:
+        if self.rig.state.gap > self.rules.loop_limit:
             return "loop open"
         if not self.rig.assembled:
             return "assembly mode"
-        if self.error > self.error_limit:
+        if self.error > self.rules.error_limit:
             return "off the path"
         return "finished" if self.steps_done == self.rig.path.steps else ""
 
-    def _terms(self, action: FloatArray, *, failed: bool) -> dict[str, float]:
-        lost = log1p(self.error / CLOSE) / log1p(self.error_limit / CLOSE)
-        beyond = np.maximum(0.0, np.abs(action) - NEAR_LIMIT) / (1.0 - NEAR_LIMIT)
-        return {
-            "reward_tracking": 0.0 if failed else 1.0 - lost,
-            "reward_effort": -self.effort_weight * float((action**2).mean()),
-            "reward_limit": -self.limit_weight * float(beyond.mean()),
-        }
-
-    # How an episode opens -------------------------------------------------------------------------
-
-    def _chosen(self, design: Any, task: Any) -> tuple[FloatArray, FloatArray]:
-        """Return a design (d,) and a packed task (m,) from what was given, by default home's."""
-        problem = self.problem
-        if task is not None:
-            tasks = given_tasks(problem, task, 1)[0]
-        else:
-            tasks = problem.pack(None)
-        if design is not None:
-            return given_designs(problem, _array(design), 1)[0], tasks
-        return (self._home[0] if hasattr(self, "_home") else problem.printed_design()), tasks
-
-    def _open(self, design: FloatArray, task: FloatArray) -> None:
+    def _build(self, design: FloatArray, task: FloatArray) -> None:
         """Build the machine of a design, and what depends on the task."""
-        rig = self._rig(design, task)
-        if not np.array_equal(task, self._task):
-            self.force_limit = self._given_limit or RESERVE * self._needed(task)
+        rig = self.opening.rig(design, task)
+        if not hasattr(self, "_task") or not np.array_equal(task, self._task):
+            self.force_limit = self.opening.force_limit(task)
         self._design, self._task, self.rig = design, task, rig
         self._view = View(rig, self.problem, design, task)
 
-    def _rig(self, design: FloatArray, task: FloatArray) -> Rig:
-        wanted = self.problem.unpack(task)
-        try:
-            machine = self.problem.mechanism(design, wanted)
-            return Rig(machine, wanted, speed=self.speed, frame_skip=self.frame_skip)
-        except ValueError as error:
-            named = ", ".join(f"{k} = {v:g}" for k, v in self.problem.named(design).items())
-            raise ValueError(f"the design {named} can't be driven: {error}") from error
-
-    def _needed(self, task: FloatArray) -> float:
-        """Return the largest force that the printed design needs on a task's path."""
-        try:
-            return self._rig(self.problem.printed_design(), task).peak_force()
-        except ValueError as error:
-            raise ValueError(
-                f"give force_limit: its default asks for the printed design, but {error}"
-            ) from error
-
-    def _beside(self, shares: FloatArray) -> FloatArray:
-        """Return MuJoCo's coordinates (nq,) with each joint a share of the way home."""
-        twin = self.rig.twin
-        home = twin.mechanism.inverse_kinematics(twin.mechanism.sample_poses()[0])
-        start = self.rig.joints[0]
-        pose = twin.mechanism.forward_kinematics(start + shares * (home - start), twin.home)
-        return twin.coordinates(pose[None])[0]
-
     def _reset_info(self) -> Info:
         problem = self.problem
-        fields = problem.task_type.names()
-        named = (*problem.task_variables, *problem.all_variables)
+        units = {v.name: v.unit for v in problem.task_variables}
         return {
-            "task": dict(zip(fields, self._task.tolist(), strict=True)),
+            "task": dict(zip(units, self._task.tolist(), strict=True)),
             "design": problem.named(self._design),
-            "units": {item.name: item.unit for item in named},
-            "force_limit": float(self.force_limit),
+            "units": units | {v.name: v.unit for v in problem.all_variables},
+            "force_limit": self.force_limit,
             "steps": self.rig.path.steps,
             "dt": self.rig.dt,
         }
@@ -333,18 +281,3 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     def _by_joint(self, values: FloatArray) -> dict[str, float]:
         return dict(zip(self.rig.twin.mechanism.joint_names, values.tolist(), strict=True))
 
-
-def _check(name: str, value: Any, *, zero: bool = False, most: float = 1e12) -> None:
-    """Refuse what isn't a finite number in its range.
-
-    Raises:
-        ValueError: naming the argument, its value and what is allowed.
-    """
-    number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
-    if not (number and (0.0 < value or (zero and value == 0.0)) and value <= most):
-        least = "at least 0" if zero else "greater than 0"
-        raise ValueError(f"{name} is {value!r}: it must be finite, {least} and at most {most:g}")
-
-
-def _array(design: Any) -> Any:
-    return design if isinstance(design, Mapping) else np.asarray(design)

@@ -16,7 +16,7 @@ DESIGN = {
     "PKM/SPR3CylinderFamily-v0": ("spr3_cylinder", True),
 }
 
-# id -> arguments: the design problem, and where the path is not at the paper's speed, how fast it is
+# id -> arguments: the design problem, and how its path is run where not by MotionEnv's defaults
 MOTION: dict[str, dict[str, Any]] = {
     "PKM/DiamondMotion-v0": {"problem": "diamond"},
     "PKM/SPR3Motion-v0": {"problem": "spr3", "speed": 20.0, "frame_skip": 20},

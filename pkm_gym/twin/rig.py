@@ -11,12 +11,14 @@ import mujoco
 import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
+from pkm_gym.core.twin import check_reach
 from pkm_gym.core.types import FloatArray
 from pkm_gym.twin.model import Twin, twin_module
 
 SAMPLES = 601  # of a path, with straight lines between them: 3 micrometres on the Diamond's cycle
 EVERY = 6  # of these samples, where the path's extremes are looked for
 FORCES = 41  # samples where the path's forces are looked for
+WHOLE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class State(NamedTuple):
@@ -77,13 +79,21 @@ class Rig:
         self.path = self._resampled(course)
         self.reset()
 
-    def reset(self, coordinates: FloatArray | None = None) -> None:
-        """Put the twin at rest at the start of its path, or at MuJoCo's coordinates (nq,)."""
-        model, data = self.twin.model, self.twin.data
-        mujoco.mj_resetData(model, data)
-        if coordinates is not None:
-            data.qpos[:] = coordinates
-        mujoco.mj_step1(model, data)
+    def reset(self, pose: FloatArray | None = None, twist: FloatArray | None = None) -> None:
+        """Put the twin at the start of its path, or at a pose (k,); at rest, or with a twist.
+
+        Raises:
+            ValueError: for a pose out of reach; nothing has changed then.
+        """
+        twin = self.twin
+        coordinates = twin.model.qpos0 if pose is None else twin.coordinates(pose[None])[0]
+        check_reach(coordinates, twin.home if pose is None else pose)
+        mujoco.mj_resetData(twin.model, twin.data)
+        twin.data.qpos[:] = coordinates
+        mujoco.mj_step1(twin.model, twin.data)
+        if twist is not None:
+            twin.data.qvel[:] = twin.velocities(twist)
+            mujoco.mj_step1(twin.model, twin.data)
         self.stable = True
         self.state = self._measure()
 
@@ -102,6 +112,20 @@ class Rig:
         self.stable = not warnings and bool(np.isfinite([*data.qpos, *data.qvel]).all())
         if self.stable:
             self.state = self._measure()
+
+    def save(self) -> FloatArray:
+        """Return what the simulation goes on from."""
+        size = mujoco.mj_stateSize(self.twin.model, WHOLE)
+        saved = np.empty(size)
+        mujoco.mj_getState(self.twin.model, self.twin.data, saved, WHOLE)
+        return saved
+
+    def load(self, saved: FloatArray) -> None:
+        """Go on from what ``save`` returned, of the same machine."""
+        mujoco.mj_setState(self.twin.model, self.twin.data, saved, WHOLE)
+        mujoco.mj_step1(self.twin.model, self.twin.data)
+        self.stable = True
+        self.state = self._measure()
 
     @property
     def assembled(self) -> bool:

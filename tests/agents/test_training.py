@@ -10,6 +10,7 @@ import torch
 from scipy.stats import binomtest
 
 from pkm_gym.agents.files import read_designer
+from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import ALGORITHMS
 from pkm_gym.agents.runs import BEST, CHECKPOINT, RUN, SCORES
 from pkm_gym.agents.training import Stopped, Training, make_model
@@ -67,11 +68,10 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_the_network_acts_as_the_model_does(small, algorithm):
     run, lessons = small(algorithm)
-    training = Training(run, lessons)
     model = make_model(run, lessons)
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
-    actions = training.designer(model).network(observations)
+    actions = Network.of_model(model)(observations)
     np.testing.assert_allclose(actions, expected, atol=1e-6)
 
 

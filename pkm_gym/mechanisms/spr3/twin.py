@@ -37,6 +37,9 @@ AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the movi
 AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i
 TANGENTS = np.stack([-np.asarray(SIN), COS, np.zeros(3)], axis=-1)  # t_i
 NORMAL = np.array([0.0, 0.0, 1.0])
+INSIDE = (
+    1.0 - 1e-5
+)  # size of the path, in largest ones: straight lines between its samples reach too
 CYLINDER = 0.9  # length of a leg's cylinder, in shortest legs
 
 
@@ -128,7 +131,8 @@ def margins(machine: Spr3, pose: FloatArray, joints: FloatArray) -> FloatArray:
 
 def _path(machine: Spr3) -> tuple[GatePath, float, float]:
     """Return the path, and the paper's largest speed (m/s) and acceleration (m/s^2)."""
-    radius, height, middle = largest_cylinder(machine)
+    largest, slender, middle = largest_cylinder(machine)
+    radius, height = INSIDE * largest, INSIDE * slender
     path = GatePath(radius, middle + 0.5 * height, middle - 0.5 * height)
     speed, acceleration = (REFERENCE[name].printed for name in ("speed", "acceleration"))
     assert speed is not None
