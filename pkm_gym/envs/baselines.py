@@ -112,9 +112,13 @@ def run(
     seed: int | None = None,
     options: dict[str, Any] | None = None,
 ) -> Run:
-    """Let a controller drive one episode; ``seed`` and ``options`` are those of ``reset``."""
+    """Let a controller drive one episode.
+
+    ``seed`` and ``options`` are those of ``reset``; the seed is the action space's too.
+    """
     observation: npt.NDArray[Any]
     observation, _ = env.reset(seed=seed, options=options)
+    env.action_space.seed(seed)
     errors, shares, total, ended = [], [], 0.0, False
     info: dict[str, Any] = {}
     while not ended:

@@ -20,6 +20,7 @@ from pkm_gym.envs.motion_view import View, motion_layout
 from pkm_gym.envs.rendering import Frame
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.twin.camera import Camera
+from pkm_gym.twin.rig import Rig
 
 Observation = npt.NDArray[np.float32]
 Info = dict[str, Any]
@@ -108,6 +109,12 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (Gymnasium's convention)
+
+    rig: Rig  # the twin that is driven
+    force_limit: float  # N or N m, what an action of 1 means
+    _design: FloatArray
+    _task: FloatArray = np.empty(0)
+    _view: View
 
     def __init__(
         self,
@@ -261,7 +268,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     def _build(self, design: FloatArray, task: FloatArray) -> None:
         """Build the machine of a design, and what depends on the task."""
         rig = self.opening.rig(design, task)
-        if not hasattr(self, "_task") or not np.array_equal(task, self._task):
+        if not np.array_equal(task, self._task):
             self.force_limit = self.opening.force_limit(task)
         self._design, self._task, self.rig = design, task, rig
         self._view = View(rig, self.problem, design, task)
@@ -280,4 +287,3 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     def _by_joint(self, values: FloatArray) -> dict[str, float]:
         return dict(zip(self.rig.twin.mechanism.joint_names, values.tolist(), strict=True))
-
