@@ -37,7 +37,7 @@ def command(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FILE", help="Draw the errors on the printed design's path."
+            "--out", "-o", metavar="FILE", help="Draw the errors of those that finish the path."
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -71,7 +71,7 @@ def command(
         from pkm_gym.plots import save
 
         out.parent.mkdir(parents=True, exist_ok=True)
-        save(error_figure(machine, {name: runs[0] for name, runs in scores.items()}), out, dpi=150)
+        save(error_figure(machine, _finished(scores)), out, dpi=150)
     if as_json:
         print(json.dumps({name: summary(runs) for name, runs in scores.items()}, indent=2))
     else:
@@ -92,7 +92,7 @@ def summary(runs: list[Run]) -> dict[str, Any]:
 
 
 def error_figure(env: MotionEnv, runs: dict[str, Run]) -> Figure:
-    """Draw the tool's distance from the path over time."""
+    """Draw the tool's distance from the path over time, of runs by name."""
     from pkm_gym import plots
 
     figure = plots.new_figure(8.0, 3.6)
@@ -101,7 +101,7 @@ def error_figure(env: MotionEnv, runs: dict[str, Run]) -> Figure:
         "How far the tool is from the path",
         f"{env.problem.name}, printed design; each controller acts through the environment",
     )
-    axes = plots.panel(figure, (0.085, 0.135, 0.72, 0.66), x="time (s)", y="error (mm)")
+    axes = plots.panel(figure, (0.085, 0.135, 0.69, 0.69), x="time (s)", y="error (mm)")
     for name, one in runs.items():
         times = env.rig.dt * np.arange(1, len(one.errors) + 1)
         axes.plot(times, 1e3 * one.errors, lw=1.2, label=name)
@@ -118,8 +118,13 @@ def _controllers(env: MotionEnv, models: list[str]) -> dict[str, Controller]:
     return found | {Path(model).name: load_driver(model) for model in models}
 
 
+def _finished(scores: Scores) -> dict[str, Run]:
+    """Return the runs with the printed design that reached the path's end."""
+    return {name: runs[0] for name, runs in scores.items() if runs[0].reason == "finished"}
+
+
 def _show(scores: Scores, out: Path | None) -> None:
-    heads = ("driver", "finished", "mean reward", "RMS mm", "peak mm", "force", "ended")
+    heads = ("driver", "finished", "reward", "RMS mm", "peak mm", "force", "ended")
     rows = table(*heads, numbers=heads[1:6])
     for name, runs in scores.items():
         found = summary(runs)
@@ -133,6 +138,8 @@ def _show(scores: Scores, out: Path | None) -> None:
         )
     screen = console()
     screen.print(rows)
-    screen.print("force: the largest, of the limit; errors: the worst of the runs", style=FAINT)
+    screen.print(
+        "reward: the mean; errors and force (of the limit): the worst of the runs", style=FAINT
+    )
     if out is not None:
         screen.print(f"picture: {out}")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from math import ceil
+from math import ceil, isfinite
 from typing import Any, NamedTuple
 
 import mujoco
@@ -104,12 +102,17 @@ class Rig:
         """
         model, data = self.twin.model, self.twin.data
         data.ctrl[self.twin.motors] = forces
-        with _warnings_of_mujoco() as warnings:
+        warnings: list[str] = []  # MuJoCo otherwise prints them and writes them to a file
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(warnings.append)
+        try:
             mujoco.mj_step2(model, data)
             if self.frame_skip > 1:
                 mujoco.mj_step(model, data, self.frame_skip - 1)
             mujoco.mj_step1(model, data)
-        self.stable = not warnings and bool(np.isfinite([*data.qpos, *data.qvel]).all())
+        finally:
+            mujoco.set_mju_user_warning(before)
+        self.stable = not warnings and isfinite(data.qpos.sum() + data.qvel.sum())
         if self.stable:
             self.state = self._measure()
 
@@ -177,15 +180,3 @@ class Rig:
 
 def _interpolated(times: FloatArray, known: FloatArray, table: FloatArray) -> FloatArray:
     return np.stack([np.interp(times, known, column) for column in table.T], axis=-1)
-
-
-@contextmanager
-def _warnings_of_mujoco() -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, which it otherwise prints and writes to a file."""
-    collected: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(collected.append)
-    try:
-        yield collected
-    finally:
-        mujoco.set_mju_user_warning(before)

@@ -103,6 +103,22 @@ def test_pictures_come_from_the_twin_s_camera(motion_id, move, monkeypatch):
     env.close()
 
 
+def test_the_page_states_ids_spaces_and_layout(motion_id, move):
+    env = move(motion_id)
+    text = (Path(__file__).parents[2] / "docs" / "environments" / "motion.md").read_text()
+    column = list(MOTION).index(motion_id)
+    assert f"`{motion_id}`" in text
+    for space in (env.observation_space, env.action_space):
+        assert f"`Box(-1, 1, ({space.shape[0]},), float32)`" in text
+    for name, part in env.observation_layout.items():
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{name}` |"))
+        assert row.split(" | ")[1 + column] == f"{part.start}:{part.stop}"
+        assert f"    | {name} |" in MotionEnv.__doc__
+    for reason in REASONS:
+        assert f"| `{reason}` |" in text
+        assert f'"{reason}"' in MotionEnv.__doc__
+
+
 def test_render_without_a_mode_warns(motion_id, move):
     env = move(motion_id)
     env.reset(seed=0)
@@ -222,16 +238,15 @@ def test_the_end_of_the_path_ends_the_run_and_only_the_end_has_a_reason(motion_i
 def test_a_thousand_wild_steps_with_extreme_designs_stay_finite(motion_id, move, limit):
     env = move(motion_id, error_limit=FAR, force_limit=limit, start="anywhere", start_offset=0.1)
     rng = np.random.default_rng(7)
-    problem, steps, built = env.problem, 0, 0
+    problem, steps, refusals = env.problem, 0, []
     while steps < 1000:
         corner = np.where(rng.random(len(problem.low)) < 0.5, problem.low, problem.high)
         design = corner if rng.random() < 0.5 else rng.uniform(problem.low, problem.high)
         try:
             observation, _ = env.reset(options={"design": design})
         except ValueError as error:
-            assert "can't be driven" in str(error)
+            refusals.append(str(error))
             continue
-        built += 1
         assert observation in env.observation_space
         for _ in range(200):
             last = env.step(rng.uniform(-3.0, 3.0, env.action_space.shape))
@@ -240,7 +255,7 @@ def test_a_thousand_wild_steps_with_extreme_designs_stay_finite(motion_id, move,
             if last[2]:
                 assert last[4]["reason"] in REASONS
                 break
-    assert built > 2
+    assert all("can't be driven" in sentence for sentence in refusals)
 
 
 # What it earns, and what is seen ------------------------------------------------------------------
@@ -448,7 +463,9 @@ def test_a_design_that_can_t_follow_its_path_is_refused(move, env_id, design, se
 
 def test_a_task_that_the_printed_design_can_t_run_asks_for_a_limit(move):
     arguments = {"task": {"delta": 1.2}, "design": [0.57, 2.92, 0.2]}
-    with pytest.raises(ValueError, match="give force_limit: it follows from the printed design, but"):
+    with pytest.raises(
+        ValueError, match="give force_limit: it follows from the printed design, but"
+    ):
         move("PKM/DiamondMotion-v0", **arguments)
     env = move("PKM/DiamondMotion-v0", **arguments, force_limit=100.0)
     assert env.reset(seed=0)[1]["force_limit"] == 100.0
