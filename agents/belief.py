@@ -12,13 +12,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import log_ndtr
 
-from pkm_gym.agents.surrogate import Pieces, Surrogate
+from pkm_gym.agents.surrogate import IntArray, Pieces, Surrogate
 from pkm_gym.core.types import BoolArray, FloatArray
-
-IntArray = npt.NDArray[np.intp]
 
 REACH = (0.04, 0.1)  # over which way an error of the value becomes one of slope, this of curvature
 STEP = 1e-4  # of the differences of slopes
@@ -191,7 +188,8 @@ class Evidence:
         solved = np.linalg.solve(covariance, np.c_[residual, reached])
         surprise = float(residual @ solved[:, 0])
         size = float(np.linalg.slogdet(covariance)[1])
-        return solved[:, 1:].T @ residual, solved[:, 1:].T, surprise, size
+        gain: FloatArray = solved[:, 1:].T
+        return gain @ residual, gain, surprise, size
 
 
 def _climbed(

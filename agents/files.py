@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,7 +73,6 @@ def write_designer(
         tensors |= designer.starts.tensors()
     weights = save(tensors)
     config = {
-        "format": FORMAT,
         "problem": designer.problem.name,
         "arguments": dict(arguments),
         "hash": designer.problem.hash(),
@@ -81,11 +80,9 @@ def write_designer(
         "rules": asdict(designer.rules),
         "starts": "interpolated" if interpolated else "centre",
         "policy": policy.settings(),
-        "sha256": hashlib.sha256(weights).hexdigest(),
         "origin": asdict(origin),
     }
-    _write(path.with_suffix(WEIGHTS), weights)
-    _write(path, (json.dumps(config, indent=2) + "\n").encode())
+    write_pair(path, config, weights)
 
 
 def read_designer(path: Path) -> tuple[Designer, Origin]:
@@ -95,13 +92,7 @@ def read_designer(path: Path) -> tuple[Designer, Origin]:
         ValueError: in one sentence, for a file that is missing, damaged or edited, or a designer
             of another version of its problem or of the observation.
     """
-    config = _config(path)
-    weights = _read(path.with_suffix(WEIGHTS))
-    if hashlib.sha256(weights).hexdigest() != config["sha256"]:
-        raise ValueError(
-            f"{str(path.with_suffix(WEIGHTS))!r} is damaged or was edited: its sha256 is not the "
-            f"one that {path.name} records"
-        )
+    config, tensors = read_pair(path, "designer", NEEDED)
     problem = make_problem(config["problem"], **config["arguments"])
     for what, now in (("hash", problem.hash()), ("layout", layout_hash(problem))):
         if config[what] != now:
@@ -110,10 +101,6 @@ def read_designer(path: Path) -> tuple[Designer, Origin]:
                 f"the designer {path.stem!r} was trained for another {thing} "
                 f"({config[what][:12]} there, {now[:12]} here): train it again"
             )
-    try:
-        tensors = load(weights)
-    except SafetensorError as error:
-        raise ValueError(f"{str(path)!r} has no readable weights: {error}") from None
     policy = _policy(problem, config["policy"], tensors)
     starts = (
         Interpolation.of_tensors(problem, tensors)
@@ -131,17 +118,53 @@ def _policy(
     own = {name[len(prefix) :]: a for name, a in tensors.items() if name.startswith(prefix)}
     if settings["kind"] == "planner":
         return Planner.of_tensors(problem, own)
-    return Network.of_tensors(own, settings["activation"], squashed=settings["squashed"])
+    return Network.of_tensors(own, settings)
 
 
-def _config(path: Path) -> dict[str, Any]:
+def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:
+    """Write a configuration and, beside it, the weights whose sha256 it records.
+
+    Each of the two files appears whole or not at all.
+    """
+    whole = {"format": FORMAT, **config, "sha256": hashlib.sha256(weights).hexdigest()}
+    _write(path.with_suffix(WEIGHTS), weights)
+    _write(path, (json.dumps(whole, indent=2) + "\n").encode())
+
+
+def read_pair(
+    path: Path, kind: str, needed: Iterable[str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return configuration and tensors of ``write_pair``; nothing is unpickled.
+
+    Args:
+        path: of the configuration.
+        kind: what they are of, for the errors.
+        needed: names that the configuration must have.
+
+    Raises:
+        ValueError: in one sentence, for a file that is missing, damaged or edited.
+    """
+    config = _config(path, kind, needed)
+    weights = _read(path.with_suffix(WEIGHTS), kind)
+    if hashlib.sha256(weights).hexdigest() != config["sha256"]:
+        raise ValueError(
+            f"{str(path.with_suffix(WEIGHTS))!r} is damaged or was edited: its sha256 is not the "
+            f"one that {path.name} records"
+        )
     try:
-        config: dict[str, Any] = json.loads(_read(path))
+        return config, load(weights)
+    except SafetensorError as error:
+        raise ValueError(f"{str(path)!r} has no readable weights: {error}") from None
+
+
+def _config(path: Path, kind: str, needed: Iterable[str]) -> dict[str, Any]:
+    try:
+        config: dict[str, Any] = json.loads(_read(path, kind))
     except (UnicodeDecodeError, json.JSONDecodeError):
         raise ValueError(f"{str(path)!r} is damaged: it is no JSON file") from None
-    missing = [name for name in NEEDED if not isinstance(config, dict) or name not in config]
+    missing = [name for name in needed if not isinstance(config, dict) or name not in config]
     if missing:
-        raise ValueError(f"{str(path)!r} is no designer: it lacks {', '.join(missing)}")
+        raise ValueError(f"{str(path)!r} is no {kind}: it lacks {', '.join(missing)}")
     if config["format"] != FORMAT:
         raise ValueError(
             f"{str(path)!r} has format {config['format']!r}: this version reads {FORMAT}"
@@ -149,11 +172,11 @@ def _config(path: Path) -> dict[str, Any]:
     return config
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, kind: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise ValueError(f"can't read the designer {str(path)!r}: {error.strerror}") from None
+        raise ValueError(f"can't read the {kind} {str(path)!r}: {error.strerror}") from None
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -134,7 +134,8 @@ class Fit:
 
     def surrogate(self) -> Surrogate:
         """Return what was fitted so far, with the errors that it makes on the held-out tasks."""
-        net = {name: value.detach().double().numpy() for name, value in self._net.named_parameters()}
+        parameters = self._net.named_parameters()
+        net = {name: value.detach().double().numpy() for name, value in parameters}
         depends = self._net.depends.double().numpy().swapaxes(1, 2)
         return Surrogate(
             problem=self.problem,

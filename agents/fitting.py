@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pkm_gym.agents.designer import Designer
+from pkm_gym.agents.designer import Policy
 from pkm_gym.agents.fit import Fit, Settings
+from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.planner import Planner
 from pkm_gym.agents.runs import CHECKPOINT
 from pkm_gym.agents.samples import draw
@@ -16,8 +17,10 @@ from pkm_gym.agents.training import Stopped, Training
 CHECK_EVERY = 100  # updates between two looks at whether to stop
 
 
-class Fitting(Training):
+class Fitting(Training[Policy]):
     """A run that fits a surrogate, for a designer that plans with it."""
+
+    lessons: Lessons
 
     def train(self, *, resume: bool = False) -> float:
         """Fit to the end, from the last checkpoint if ``resume``; return the best score.
@@ -60,15 +63,8 @@ class Fitting(Training):
         samples = draw(self.lessons.problem, pool, recipe.steps // tasks, generator)
         return Fit(self.lessons.problem, samples, Settings(**recipe.algorithm), seed)
 
-    def designer(self, fit: Fit) -> Designer:
-        """Return the designer that plans with what was fitted so far."""
-        lessons = self.lessons
-        return Designer(
-            lessons.problem, lessons.env.rules, Planner(fit.surrogate()), lessons.starts
-        )
-
     def _keep(self, fit: Fit, path: Path) -> None:
-        reached = self.score(self.designer(fit), self._steps(fit))
+        reached = self.score(Planner(fit.surrogate()), self._steps(fit))
         fit.save(path, self.best)
         self.scored(reached)
 

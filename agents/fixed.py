@@ -13,11 +13,11 @@ import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
 from pkm_gym.agents.designer import Centre, Designer
+from pkm_gym.agents.learning import make_model
 from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
-from pkm_gym.agents.learning import make_model
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import LinearSchedule
+from stable_baselines3.common.vec_env import VecEnv
 
-from pkm_gym.agents.adapter import SessionVecEnv
 from pkm_gym.agents.checkpoint import load_checkpoint, save_checkpoint
-from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.network import Network
 from pkm_gym.agents.recipe import algorithm_class
 from pkm_gym.agents.runs import CHECKPOINT, Run
-from pkm_gym.agents.training import Stopped, Training
+from pkm_gym.agents.training import Stopped, Teacher, Training
 
 ACTIVATIONS = {"relu": torch.nn.ReLU, "silu": torch.nn.SiLU, "tanh": torch.nn.Tanh}
 
 
-class Learning(Training):
+class Course(Teacher[Network], Protocol):
+    """What an SB3 algorithm learns on."""
+
+    def vec_env(self, n: int) -> VecEnv:
+        """Return n environments to learn on; their state can be saved and restored."""
+        ...
+
+
+class Learning(Training[Network]):
     """A run of an SB3 algorithm."""
+
+    lessons: Course
 
     def train(self, *, resume: bool = False) -> float:
         """Train to the end, from the last checkpoint if ``resume``; return the best score.
@@ -42,20 +50,15 @@ class Learning(Training):
             keeper.keep()
         return self.best
 
-    def designer(self, model: Any) -> Designer:
-        """Return what the model has become."""
-        env = self.lessons.env
-        return Designer(env.problem, env.rules, Network.of_model(model), self.lessons.starts)
 
-
-def make_model(run: Run, lessons: Lessons) -> Any:
+def make_model(run: Run, lessons: Course) -> Any:
     """Return an untrained SB3 model of a run.
 
     Raises:
         ValueError: for a setting that SB3 refuses.
     """
     recipe = run.recipe
-    env = SessionVecEnv(lessons.sessions(recipe.envs))
+    env = lessons.vec_env(recipe.envs)
     env.seed(run.seed)
     algorithm = dict(recipe.algorithm)
     rate = algorithm.get("learning_rate")
@@ -100,7 +103,7 @@ class Keeper(BaseCallback):
 
     def keep(self) -> None:
         """Score the agent and keep the state."""
-        reached = self.training.score(self.training.designer(self.model), self.num_timesteps)
+        reached = self.training.score(Network.of_model(self.model), self.num_timesteps)
         self.model.logger.record("validation/score", reached)
         self._save()
         self.training.scored(reached)

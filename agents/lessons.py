@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.envs.registration import EnvSpec, registry
 
-from pkm_gym.agents.designer import Centre, Starts
+from pkm_gym.agents.designer import Centre, Designer, Policy, Starts
+from pkm_gym.agents.files import Origin, write_designer
 from pkm_gym.agents.recipe import Recipe
 from pkm_gym.benchmark.interpolation import Interpolation
+from pkm_gym.benchmark.scoring import score
 from pkm_gym.benchmark.splits import split_path
 from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import Pool
@@ -23,6 +25,9 @@ from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.envs.vector import DesignVectorEnv
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import VecEnv
 
 FOLDS = 8
 VALIDATION_TASKS = 64  # drawn and solved where no file of them is given
@@ -60,13 +65,38 @@ class Lessons:
         own = set(inspect.signature(DesignEnv.__init__).parameters)
         return {name: value for name, value in self.arguments.items() if name not in own}
 
+    @property
+    def goal(self) -> str:
+        """What the agent is scored on."""
+        return f"{len(self.tasks)} validation tasks"
+
+    def vec_env(self, n: int) -> VecEnv:
+        """Return n sessions as Stable-Baselines3 wants them."""
+        from pkm_gym.agents.adapter import SessionVecEnv
+
+        return SessionVecEnv(self.sessions(n))
+
+    def designer(self, policy: Policy) -> Designer:
+        """Return the designer that a policy makes."""
+        return Designer(self.problem, self.env.rules, policy, self.starts)
+
+    def score(self, policy: Policy) -> float:
+        """Return the benchmark's score of a policy."""
+        return score(self.designer(policy).design(self.tasks).regrets(self.optima))
+
+    def write(self, policy: Policy, path: Path, origin: Origin) -> None:
+        """Write a policy as a designer."""
+        write_designer(self.designer(policy), path, origin, self.problem_arguments)
+
     def sessions(self, n: int) -> DesignVectorEnv:
         """Return n sessions to learn on."""
         return DesignVectorEnv(num_envs=n, **{"infos": False, **self.arguments})
 
 
-def find_spec(env_id: str) -> EnvSpec:
+def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
     """Return the specification of a design environment; ``module:ID`` imports the module first.
+
+    With ``motion``, a motion environment will do as well.
 
     Raises:
         ValueError: for an id that is unknown, with its closest match, or no design environment.
@@ -75,16 +105,21 @@ def find_spec(env_id: str) -> EnvSpec:
     if colon:
         import_module(module)
     if name not in registry:
-        designs = [key for key, spec in registry.items() if _is_design(spec)]
-        raise ValueError(unknown("environment", name, designs))
+        known = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
+        raise ValueError(unknown("environment", name, known))
     spec = registry[name]
-    if not _is_design(spec):
+    if not (_is_design(spec) or (motion and is_motion(spec))):
         raise ValueError(f"{name} is no design environment: its entry point must be DesignEnv")
     return spec
 
 
 def _is_design(spec: EnvSpec) -> bool:
     return spec.entry_point in ("pkm_gym.envs.design:DesignEnv", DesignEnv)
+
+
+def is_motion(spec: EnvSpec) -> bool:
+    """Return whether an environment drives a twin."""
+    return spec.entry_point == "pkm_gym.envs.motion:MotionEnv"
 
 
 def prepare(

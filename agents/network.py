@@ -79,13 +79,11 @@ class Network:
         }
 
     @classmethod
-    def of_tensors(
-        cls, tensors: Mapping[str, Array], activation: str, *, squashed: bool
-    ) -> Network:
-        """Return the network of what ``tensors()`` returned."""
+    def of_tensors(cls, tensors: Mapping[str, Array], settings: Mapping[str, Any]) -> Network:
+        """Return the network of what ``tensors()`` and ``settings()`` returned."""
         count = len(tensors) // 2
         layers = tuple((tensors[f"{i}.weight"], tensors[f"{i}.bias"]) for i in range(count))
-        return cls(layers, activation, squashed)
+        return cls(layers, settings["activation"], settings["squashed"])
 
     @classmethod
     def of_model(cls, model: Any) -> Network:

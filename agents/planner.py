@@ -88,7 +88,8 @@ def plan(
 
     Args:
         belief: of the merit and the constraints.
-        low, high: bounds of the unit cube's part that is searched.
+        low: of the part of the unit cube that is searched.
+        high: of it.
         caution: by how many deviations a constraint is taken to be worse than expected.
         caution_unseen: the same for pieces that no evaluation has told of.
     """
@@ -118,15 +119,15 @@ def plan(
         slope = (mean + (cautions / deviation)[:, None] * reached) @ slopes.T
         return np.c_[-slope, np.ones(len(slope))]
 
-    found = [
-        minimize(
-            objective, np.r_[np.clip(start, low, high), ASIDE[0]], jac=True, method="SLSQP",
-            bounds=[*zip(low, high, strict=True), (0.0, None)],
-            constraints={"type": "ineq", "fun": room, "jac": room_slopes},
-            options={"ftol": PRECISION, "maxiter": ITERATIONS},
-        )
-        for start in _starts(d, hope)
-    ]  # fmt: skip
+    settings: dict[str, Any] = {
+        "jac": True,
+        "method": "SLSQP",
+        "bounds": [*zip(low, high, strict=True), (0.0, None)],
+        "constraints": {"type": "ineq", "fun": room, "jac": room_slopes},
+        "options": {"ftol": PRECISION, "maxiter": ITERATIONS},
+    }
+    begun = [np.r_[np.clip(start, low, high), ASIDE[0]] for start in _starts(d, hope)]
+    found = [minimize(objective, start, **settings) for start in begun]
     best = min(found, key=lambda result: float(result.fun))
     place: FloatArray = centre + np.clip(best.x[:d], low, high)
     return place

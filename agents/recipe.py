@@ -14,13 +14,13 @@ from typing import Any
 from pkm_gym.agents.network import ACTIVATIONS
 from pkm_gym.core.names import check_known, unknown
 
-ALGORITHMS = {
+LEARNERS = {
     "ppo": "stable_baselines3:PPO",
     "sac": "stable_baselines3:SAC",
     "td3": "stable_baselines3:TD3",
     "tqc": "sb3_contrib:TQC",
-    "model": "pkm_gym.agents.fit:Settings",
 }
+ALGORITHMS = {**LEARNERS, "model": "pkm_gym.agents.fit:Settings"}
 STARTS = ("centre", "interpolated")
 RESERVED = ("policy", "env", "seed", "device", "verbose", "policy_kwargs", "tensorboard_log")
 

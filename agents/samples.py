@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pkm_gym.agents.surrogate import outputs, points
+from pkm_gym.agents.surrogate import IntArray, outputs, points
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -35,7 +35,7 @@ class Samples:
     points: FloatArray
     places: FloatArray
     distances: FloatArray
-    columns: FloatArray
+    columns: IntArray
     told: FloatArray
     depends: BoolArray
 

@@ -74,7 +74,7 @@ class Surrogate:
 
     def pieces(self, point: FloatArray, places: FloatArray) -> Pieces:
         """Return the pieces at places (n, d) of a task's point (m,)."""
-        m, d = len(point), places.shape[1]
+        m = len(point)
         inputs = (np.c_[np.tile(point, (len(places), 1)), places] - self.middle) / self.spread
         first, second, last = self.weights
         seed = first[:, m:] / self.spread[m:, None]  # (outputs, d, width)
@@ -126,9 +126,7 @@ class Surrogate:
         )  # fmt: skip
 
 
-def outputs(
-    problem: DesignProblem, log_merit: FloatArray, constraints: FloatArray
-) -> FloatArray:
+def outputs(problem: DesignProblem, log_merit: FloatArray, constraints: FloatArray) -> FloatArray:
     """Return log merits (n,) without their penalty, and constraints (n, c): array (n, 1 + c).
 
     NaN where the log merit is capped, for there it says nothing of the design.

@@ -6,7 +6,7 @@ import threading
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -19,12 +19,16 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pkm_gym.agents.lessons import find_spec, prepare
+from pkm_gym.agents.lessons import find_spec, is_motion, prepare
+from pkm_gym.agents.motion import drives
 from pkm_gym.agents.recipe import ALGORITHMS, read_recipe
 from pkm_gym.agents.runs import BEST, Run
 from pkm_gym.studies.runner import interruptible
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.terminal import console
+
+if TYPE_CHECKING:
+    from pkm_gym.agents.training import Teacher
 
 RUNS = Path("runs") / "agents"
 
@@ -35,7 +39,8 @@ def command(
     env: Annotated[
         str,
         typer.Argument(
-            metavar="ENV", help="Id of a design environment: PKM/DiamondFamily-v0, my_package:Mine."
+            metavar="ENV",
+            help="Id of a design or motion environment: PKM/DiamondFamily-v0, my_package:Mine.",
         ),
     ],
     algo: Annotated[
@@ -43,7 +48,7 @@ def command(
     ] = "ppo",
     steps: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Designs to evaluate; as the recipe says if not."),
+        typer.Option(metavar="N", min=1, help="Steps in all; as the recipe says if not."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the agent and its tasks.")] = 0,
     params: Annotated[
@@ -84,12 +89,12 @@ def command(
         int, typer.Option(metavar="N", min=1, help="Of PyTorch; results differ with it.")
     ] = 1,
 ) -> None:
-    """Train an agent on a design environment.
+    """Train an agent on a design or a motion environment.
 
     The folder keeps the resolved settings, the scores, the last checkpoint and the best agent so
     far. Ctrl-C keeps the state; --resume goes on from there as if nothing had happened.
     """
-    spec = find_spec(env)
+    spec = find_spec(env, motion=True)
     folder = output or RUNS / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())
@@ -98,7 +103,11 @@ def command(
         run.check()
     else:
         run.write()
-    lessons = prepare(spec.id, recipe, folder, pool=pool, validation=validation)
+    lessons: Teacher[Any]
+    if is_motion(spec):
+        lessons = drives(spec, recipe, pool=pool, validation=validation)
+    else:
+        lessons = prepare(spec.id, recipe, folder, pool=pool, validation=validation)
     import torch
 
     from pkm_gym.agents.training import Stopped, training_of
@@ -112,7 +121,7 @@ def command(
     except Stopped:
         screen.print(f"kept in {folder}: the same command with --resume goes on", soft_wrap=True)
         raise typer.Exit(INTERRUPTED) from None
-    screen.print(f"best score {best:.4f} on {len(lessons.tasks)} validation tasks")
+    screen.print(f"best score {best:.4f} on {lessons.goal}")
     screen.print(f"agent: {folder / BEST}", soft_wrap=True)
 
 

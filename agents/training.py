@@ -6,16 +6,33 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.files import Origin, write_designer
-from pkm_gym.agents.lessons import Lessons
+from pkm_gym.agents.files import Origin
 from pkm_gym.agents.runs import BEST, SCORES, Run, versions
-from pkm_gym.benchmark.scoring import score
 
+Learned_contra = TypeVar("Learned_contra", contravariant=True)
 Report = Callable[[int, float], None]
+
+
+class Teacher(Protocol[Learned_contra]):
+    """What an agent is scored on."""
+
+    @property
+    def goal(self) -> str:
+        """What the agent is scored on."""
+        ...
+
+    def score(self, policy: Learned_contra) -> float:
+        """Return the score of a policy; larger is better."""
+        ...
+
+    def write(self, policy: Learned_contra, path: Path, origin: Origin) -> None:
+        """Write a policy so that it can be used."""
+        ...
 
 
 class Stopped(Exception):  # noqa: N818 (it is no error)
@@ -23,7 +40,7 @@ class Stopped(Exception):  # noqa: N818 (it is no error)
 
 
 @dataclass
-class Training(ABC):
+class Training(ABC, Generic[Learned_contra]):
     """A run that is trained.
 
     Attributes:
@@ -36,7 +53,7 @@ class Training(ABC):
     """
 
     run: Run
-    lessons: Lessons
+    lessons: Teacher[Learned_contra]
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
     scored: Callable[[float], None] = lambda _: None
@@ -51,14 +68,14 @@ class Training(ABC):
             Stopped: after ``stop`` said so; the state is kept.
         """
 
-    def score(self, designer: Designer, steps: int) -> float:
+    def score(self, policy: Learned_contra, steps: int) -> float:
         """Score what was learned in so many steps, and keep it if it is the best so far."""
-        run, lessons = self.run, self.lessons
-        reached = score(designer.design(lessons.tasks).regrets(lessons.optima))
+        run = self.run
+        reached = self.lessons.score(policy)
         if reached > self.best:
             self.best = reached
             origin = Origin(run.env_id, run.command, steps, reached, versions())
-            write_designer(designer, run.folder / BEST, origin, lessons.problem_arguments)
+            self.lessons.write(policy, run.folder / BEST, origin)
         line = {"steps": steps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
@@ -67,12 +84,12 @@ class Training(ABC):
 
 def training_of(
     run: Run,
-    lessons: Lessons,
+    lessons: Any,
     report: Report = lambda *_: None,
     stop: Callable[[], bool] = lambda: False,
     scored: Callable[[float], None] = lambda _: None,
-) -> Training:
-    """Return the training of a run, as its algorithm learns."""
+) -> Training[Any]:
+    """Return the training of a run, as its algorithm learns; see ``Training``."""
     if run.algorithm == "model":
         from pkm_gym.agents.fitting import Fitting
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -34,6 +35,11 @@ def observation_layout(problem: DesignProblem) -> dict[str, slice]:
         "budget_left": 1,
         "step_size": 1,
     }
+    return slices(sizes)
+
+
+def slices(sizes: Mapping[str, int]) -> dict[str, slice]:
+    """Return where parts of given sizes lie, one after the other."""
     ends = np.cumsum(list(sizes.values())).tolist()
     return {name: slice(end - sizes[name], end) for name, end in zip(sizes, ends, strict=True)}
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.trajectory import polynomial_345
+from pkm_gym.core.twin import BANDWIDTH
 from pkm_gym.core.types import FloatArray
 
 RAMP, HOLD = 0.3, 1.5  # s: the servos' way to a pose, and the longest wait there
@@ -45,6 +46,9 @@ class Twin:
         home: array (k,), the pose at which it is assembled.
         lumped: build the variant that the mechanism's own dynamics describes.
 
+    Attributes:
+        servo_inertia: array (joints,), kg or kg m^2, what each servo is laid out for.
+
     Raises:
         ValueError: for a pose out of reach, or a mechanism without a twin.
     """
@@ -66,6 +70,7 @@ class Twin:
             np.array([self.model.actuator(f"{kind}_{name}").id for name in mechanism.joint_names])
             for kind in ("servo", "motor")
         )
+        self.servo_inertia = self.model.actuator_gainprm[self.servos, 0] / BANDWIDTH**2
         mujoco.mj_forward(self.model, self.data)
 
     # Kinematics -----------------------------------------------------------------------------------
@@ -101,14 +106,17 @@ class Twin:
     def tool_state(self) -> tuple[FloatArray, FloatArray]:
         """Return the tool's position and velocity, as many coordinates as the twist has."""
         size = len(self.mechanism.twist_names)
-        return self.frame[:size, 3], self._tool_jacobian() @ self.data.qvel
+        return self.frame[:size, 3], self.tool_velocity
+
+    @property
+    def tool_velocity(self) -> FloatArray:
+        """The tool's velocity, as many coordinates as the twist has."""
+        return self._tool_jacobian() @ self.data.qvel
 
     @property
     def jacobian(self) -> FloatArray:
         """The Jacobian (twist, joints) by virtual work: passive rates follow from the loops."""
-        loops, tool = self._loop_jacobian(), self._tool_jacobian()
-        followed = -np.linalg.lstsq(loops[:, self.passive], loops[:, self.rates])[0]
-        return np.asarray(tool[:, self.rates] + tool[:, self.passive] @ followed)
+        return self._tool_jacobian() @ self._followed()
 
     def velocities(self, twist: FloatArray) -> FloatArray:
         """Return the rates (nv,) of all coordinates that a twist asks for, the loops closed."""
@@ -138,6 +146,13 @@ class Twin:
         driven = np.eye(model.nv)[:, self.rates]
         solved = np.linalg.lstsq(np.concatenate([driven, loops.T], axis=1), forces)[0]
         return np.asarray(solved[: len(self.rates)])
+
+    def bearing_forces(self) -> FloatArray:
+        """Return the drives' forces (joints,), N or N m, against weight and velocity terms.
+
+        By virtual work on MuJoCo's bias, as the twin stands and moves.
+        """
+        return self._followed().T @ (self.data.qfrc_bias - self.data.qfrc_passive)
 
     def settle(self, joints: FloatArray) -> Settled:
         """Let the servos take the twin from home to joints (k,), against gravity, until it rests.
@@ -182,6 +197,13 @@ class Twin:
         body, point = self.model.site_bodyid[site], self.data.site_xpos[site]
         mujoco.mj_jacDot(self.model, self.data, rows, None, point, body)
         return rows
+
+    def _followed(self) -> FloatArray:
+        """Return all rates (nv, joints) per rate of each driven joint, the loops closed."""
+        loops, rates = self._loop_jacobian(), np.zeros((self.model.nv, len(self.rates)))
+        rates[self.rates] = np.eye(len(self.rates))
+        rates[self.passive] = -np.linalg.lstsq(loops[:, self.passive], loops[:, self.rates])[0]
+        return rates
 
     def _tool_jacobian(self) -> FloatArray:
         size = len(self.mechanism.twist_names)

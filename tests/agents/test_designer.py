@@ -10,9 +10,9 @@ import pytest
 
 import pkm_gym.agents
 from pkm_gym.agents.files import Origin, read_designer, write_designer
+from pkm_gym.agents.learning import make_model
 from pkm_gym.agents.library import load_designer, shipped
 from pkm_gym.agents.models import load_model
-from pkm_gym.agents.learning import make_model
 from pkm_gym.agents.zoo import AT, recorded
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.core.pool import Pool

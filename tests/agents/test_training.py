@@ -10,9 +10,10 @@ import torch
 from scipy.stats import binomtest
 
 from pkm_gym.agents.files import read_designer
-from pkm_gym.agents.recipe import ALGORITHMS
-from pkm_gym.agents.runs import BEST, CHECKPOINT, RUN, SCORES
 from pkm_gym.agents.learning import Learning, make_model
+from pkm_gym.agents.network import Network
+from pkm_gym.agents.recipe import LEARNERS
+from pkm_gym.agents.runs import BEST, CHECKPOINT, RUN, SCORES
 from pkm_gym.agents.training import Stopped
 
 PLAIN = (
@@ -46,7 +47,7 @@ def assert_same(one, other) -> None:
         assert one == other
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", LEARNERS)
 def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
     run, lessons = small(algorithm)
     before = make_model(run, lessons).get_parameters()["policy"]
@@ -65,18 +66,17 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
     assert designer.design(None or {}).designs.shape == (1, 12, 1)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", LEARNERS)
 def test_the_network_acts_as_the_model_does(small, algorithm):
     run, lessons = small(algorithm)
-    training = Learning(run, lessons)
     model = make_model(run, lessons)
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
-    actions = training.designer(model).policy(observations)
+    actions = Network.of_model(model)(observations)
     np.testing.assert_allclose(actions, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", LEARNERS)
 @pytest.mark.parametrize("rollouts", [0, 1, 2, 3])
 def test_a_resumed_run_is_equal_to_the_bit(small, algorithm, rollouts):
     whole, lessons = small(algorithm)

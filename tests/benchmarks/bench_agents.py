@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from pkm_gym.agents.adapter import SessionVecEnv
+from pkm_gym.agents.learning import make_model
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
-from pkm_gym.agents.learning import make_model
 from pkm_gym.envs.vector import DesignVectorEnv
 
 ENVS, STEPS = 512, 24
@@ -33,9 +33,9 @@ def test_ppo(benchmark, tmp_path, threads):
     """12,288 steps of PPO: a rollout and its update, as the shipped designers are trained."""
 
     class Plain:
-        def sessions(self, n: int) -> DesignVectorEnv:
+        def vec_env(self, n: int) -> SessionVecEnv:
             assert n == ENVS
-            return sessions()
+            return SessionVecEnv(sessions())
 
     torch.set_num_threads(threads)
     recipe = read_recipe("ppo", "PKM/DiamondFamily-v0")

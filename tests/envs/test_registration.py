@@ -10,7 +10,7 @@ import gymnasium as gym
 import pytest
 
 import pkm_gym
-from pkm_gym.envs.registration import register_environments
+from pkm_gym.envs.registration import MOTION, register_environments
 
 
 def run(code: str) -> str:
@@ -31,12 +31,20 @@ def test_specs_are_strings_and_json_without_a_time_limit(env_id):
 
 def test_every_problem_has_a_fixed_id_and_an_id_says_whether_it_is_a_family():
     made = {
-        env_id: spec.kwargs for env_id, spec in gym.registry.items() if env_id.startswith("PKM/")
+        env_id: spec.kwargs
+        for env_id, spec in gym.registry.items()
+        if env_id.startswith("PKM/") and "Motion" not in env_id
     }
     fixed = [kwargs["problem"] for kwargs in made.values() if not kwargs["family"]]
     assert sorted(fixed) == sorted(pkm_gym.problems())
     for env_id, kwargs in made.items():
         assert ("Family" in env_id) == kwargs["family"]
+
+
+def test_every_motion_id_moves_a_registered_problem():
+    moved = {env_id for env_id in gym.registry if env_id.startswith("PKM/") and "Motion" in env_id}
+    assert moved == set(MOTION)
+    assert {arguments["problem"] for arguments in MOTION.values()} <= set(pkm_gym.problems())
 
 
 def test_registering_again_changes_nothing_and_says_nothing():

@@ -79,9 +79,9 @@ def draw_poses(machine: Diamond, n: int, generator: np.random.Generator) -> Floa
     return np.concatenate([corners, low + (high - low) * generator.random((n, 2))])
 
 
-def course(machine: Diamond, samples: int = 201) -> Course:
-    """Return the paper's pick-and-place cycle along the workspace's bottom edge."""
-    task = DiamondTask(b=machine.b)
+def course(machine: Diamond, samples: int = 201, task: DiamondTask | None = None) -> Course:
+    """Return a task's pick-and-place cycle along the workspace's bottom edge, or the paper's."""
+    task = task or DiamondTask(b=machine.b)
     width, lift, time, overlap = cycle_path(task.pack())
     rows = np.array([
         pick_and_place(t, width, lift, time, overlap) for t in np.linspace(0.0, time, samples)
@@ -96,6 +96,25 @@ def frames(machine: Diamond, poses: FloatArray) -> FloatArray:
     found = np.zeros((len(poses), 3, 4))
     found[:, :, :3], found[:, :2, 3] = np.eye(3), poses
     return found
+
+
+def pose(machine: Diamond, frame: FloatArray) -> FloatArray:
+    """Return the pose (2,) of a platform's frame (3, 4)."""
+    del machine
+    return frame[:2, 3]
+
+
+def margins(machine: Diamond, pose: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return numbers (3,) > 0 in the modes that the machine is built in.
+
+    The sine of the angle between the rods, > 0 in the lower assembly mode, and those of the angles
+    between arm and rod, > 0 with the elbows outwards.
+    """
+    (c_1, c_2), (s_1, s_2) = np.cos(joints), np.sin(joints)
+    x_1, x_2 = pose[0] - machine.e - machine.l1 * c_1, pose[0] + machine.e - machine.l1 * c_2
+    y_1, y_2 = pose[1] - machine.l1 * s_1, pose[1] - machine.l1 * s_2
+    between = (x_1 * y_2 - y_1 * x_2) / machine.l2
+    return np.array([between, s_1 * x_1 - c_1 * y_1, c_2 * y_2 - s_2 * x_2]) / machine.l2
 
 
 def _elbow_angles(machine: Diamond, poses: FloatArray, arms: FloatArray) -> FloatArray:

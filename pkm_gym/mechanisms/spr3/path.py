@@ -81,15 +81,26 @@ def motion(
 
     ``speed`` (m/s) and ``acceleration`` (m/s^2) are the largest ones of O_A.
     """
+    times, positions, velocities = along(path, speed, acceleration, samples)
+    poses = machine.pose_at(positions)
+    rates = np.einsum("nij,nj->ni", machine.inverse_jacobian(poses), velocities)
+    return Motion(times, positions, velocities, machine.inverse_kinematics(poses), rates)
+
+
+def along(
+    path: GatePath, speed: float, acceleration: float, samples: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return times (n,), s, positions (n, 3), m, and velocities (n, 3), m/s, along a path.
+
+    Moves, ``speed`` and ``acceleration`` are those of ``motion``.
+    """
     corners = path.corners
     sides = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     durations = np.array([duration_345(side, speed, acceleration) for side in sides])
     times = np.linspace(0.0, durations.sum(), samples)
     positions, velocities = np.empty((samples, 3)), np.empty((samples, 3))
     _along(0.05 * samples, times, corners, durations, positions, velocities)
-    poses = machine.pose_at(positions)
-    rates = np.einsum("nij,nj->ni", machine.inverse_jacobian(poses), velocities)
-    return Motion(times, positions, velocities, machine.inverse_kinematics(poses), rates)
+    return times, positions, velocities
 
 
 @batch_kernel
@@ -135,26 +146,35 @@ def best_place(machine: Spr3, radius: float, height: float, gamma: float = 0.0) 
 def largest_cylinder(machine: Spr3, slenderness: float = 0.5) -> tuple[float, float, float]:
     """Return R, h = slenderness R and z_c, m, of the largest cylinder in the workspace.
 
-    It holds the paths of its shape in every direction gamma.
+    It holds the paths of its shape in every direction gamma. The shortest leg bounds a low one, the
+    longest leg a high one: the largest touches both ends.
+
+    Raises:
+        ValueError: for legs too short to hold the platform level.
     """
-    from scipy.optimize import brentq, minimize_scalar
-
-    extremes = np.empty(7)
-
-    def room(radius: float, z_c: float) -> float:
-        cylinder_extremes(machine.a, machine.b, z_c, radius, slenderness * radius, extremes)
-        if extremes[1] < extremes[0]:
-            return -machine.q_max
-        return float(min(extremes[3] - machine.q_min, machine.q_max - extremes[4]))
-
-    def largest(z_c: float) -> float:
-        return float(brentq(room, 0.0, machine.q_max, args=(z_c,), xtol=1e-12))
+    from scipy.optimize import brentq
 
     low, high = (level(q, machine.a, machine.b) for q in (machine.q_min, machine.q_max))
-    margin = 1e-6 * (high - low)
-    found = minimize_scalar(
-        lambda z: -largest(z), bounds=(low + margin, high - margin), method="bounded",
-        options={"xatol": 1e-10},
-    )  # fmt: skip
-    radius = -float(found.fun)
-    return radius, slenderness * radius, float(found.x)
+    if not low < high:
+        raise ValueError(
+            f"no cylinder fits: legs of {machine.q_min:g} m can't hold the platform level"
+        )
+    extremes = np.empty(7)
+
+    def margins(radius: float, z_c: float) -> tuple[float, float]:
+        cylinder_extremes(machine.a, machine.b, z_c, radius, slenderness * radius, extremes)
+        if extremes[1] < extremes[0]:  # beyond the fold
+            return -machine.q_max, -machine.q_max
+        return float(extremes[3] - machine.q_min), float(machine.q_max - extremes[4])
+
+    def largest(z_c: float) -> float:
+        return float(brentq(lambda r: min(margins(r, z_c)), 0.0, machine.q_max, xtol=1e-12))
+
+    def balance(z_c: float) -> float:
+        shortest, longest = margins(largest(z_c), z_c)
+        return shortest - longest
+
+    inside = 1e-6 * (high - low)
+    z_c = float(brentq(balance, low + inside, high - inside, xtol=1e-12))
+    radius = largest(z_c)
+    return radius, slenderness * radius, z_c

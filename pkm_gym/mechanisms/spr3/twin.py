@@ -29,7 +29,7 @@ from pkm_gym.core.twin import (
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
-from pkm_gym.mechanisms.spr3.path import GatePath, largest_cylinder, motion
+from pkm_gym.mechanisms.spr3.path import GatePath, along, largest_cylinder
 from pkm_gym.mechanisms.spr3.problem import REFERENCE
 
 SOLVER = Solver(timestep=2.5e-4, solref=(1e-3, 1.0))
@@ -37,6 +37,9 @@ AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the movi
 AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i
 TANGENTS = np.stack([-np.asarray(SIN), COS, np.zeros(3)], axis=-1)  # t_i
 NORMAL = np.array([0.0, 0.0, 1.0])
+INSIDE = (
+    1.0 - 1e-5
+)  # size of the path, in largest ones: straight lines between its samples reach too
 CYLINDER = 0.9  # length of a leg's cylinder, in shortest legs
 
 
@@ -96,10 +99,11 @@ def draw_poses(machine: Spr3, n: int, generator: np.random.Generator) -> FloatAr
     return machine.forward_kinematics(joints)
 
 
-def course(machine: Spr3, samples: int = 201) -> Course:
+def course(machine: Spr3, samples: int = 201, task: object = None) -> Course:
     """Return the paper's path, the largest of its shape that fits the machine at every gamma."""
-    found = motion(machine, *_path(machine), samples)
-    return Course(float(found.times[-1]), machine.pose_at(found.positions), found.velocities)
+    del task  # no task of the 3-SPR has a path
+    times, positions, velocities = along(*_path(machine), samples)
+    return Course(float(times[-1]), machine.pose_at(positions), velocities)
 
 
 def frames(machine: Spr3, poses: FloatArray) -> FloatArray:
@@ -107,9 +111,28 @@ def frames(machine: Spr3, poses: FloatArray) -> FloatArray:
     return np.concatenate([machine.rotation(poses), machine.position(poses)[..., None]], axis=-1)
 
 
+def pose(machine: Spr3, frame: FloatArray) -> FloatArray:
+    """Return the pose (3,) of a platform's frame (3, 4)."""
+    del machine
+    normal, centre = frame[:, 2], frame[:, 3]
+    return np.array([*(normal[:2] / (1.0 + normal[2])), normal @ centre])
+
+
+def margins(machine: Spr3, pose: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return numbers (3,) > 0 in the modes that the machine is built in.
+
+    det J, > 0 on this side of the parallel singularities, the margin to the fold, and s (m), > 0 in
+    front of the fixed platform.
+    """
+    del joints
+    local = machine.local_indices(pose)
+    return np.array([local["det"], local["fold"], pose[2]])
+
+
 def _path(machine: Spr3) -> tuple[GatePath, float, float]:
     """Return the path, and the paper's largest speed (m/s) and acceleration (m/s^2)."""
-    radius, height, middle = largest_cylinder(machine)
+    largest, slender, middle = largest_cylinder(machine)
+    radius, height = INSIDE * largest, INSIDE * slender
     path = GatePath(radius, middle + 0.5 * height, middle - 0.5 * height)
     speed, acceleration = (REFERENCE[name].printed for name in ("speed", "acceleration"))
     assert speed is not None

@@ -1,0 +1,53 @@
+"""``train`` on motion environments and ``motion-eval``."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+TRAIN = ("train", "PKM/DiamondMotion-v0", "--steps", 256, "--set", "envs=2", "checkpoints=2",
+         "policy.net_arch=[8]", "algorithm.n_steps=64", "algorithm.batch_size=64")  # fmt: skip
+FOLDER = "runs/agents/DiamondMotion-v0-ppo-0"
+
+
+@pytest.fixture
+def trained(run) -> str:
+    result = run(*TRAIN)
+    assert result.exit_code == 0, result.stderr
+    assert "best score" in result.stdout
+    assert "on the path, from its beginning" in result.stdout
+    return FOLDER
+
+
+def test_a_trained_agent_is_scored_beside_the_baselines(trained, run, tmp_path):
+    result = run("motion-eval", "PKM/DiamondMotion-v0", trained, "--json")
+    assert result.exit_code == 0, result.stderr
+    scores = json.loads(result.stdout)
+    assert list(scores) == ["computed-torque", "servo", "idle", "random", "DiamondMotion-v0-ppo-0"]
+    best = scores["computed-torque"]
+    assert (best["finished"], best["runs"], best["reasons"]) == (1, 1, ["finished"])
+    assert best["rms_error"] < best["peak_error"] < 1e-3
+    assert scores["idle"]["reasons"] == ["off the path"]
+    recorded = (tmp_path / FOLDER / "scores.jsonl").read_text().splitlines()
+    reached = max(json.loads(line)["score"] for line in recorded)
+    assert scores["DiamondMotion-v0-ppo-0"]["mean_reward"] == pytest.approx(reached, abs=1e-12)
+
+
+def test_other_designs_and_a_picture(run, tmp_path):
+    result = run("motion-eval", "PKM/SPR3Motion-v0", "--designs", 1, "--out", "made/spr3.png")
+    assert result.exit_code == 0, result.stderr
+    assert "servo" in result.stdout
+    assert "2/2" in result.stdout
+    assert "computed-torque" not in result.stdout
+    assert (tmp_path / "made" / "spr3.png").stat().st_size > 10_000
+
+
+def test_mistakes_are_refused_in_one_sentence(refused):
+    assert "did you mean 'PKM/DiamondMotion-v0'" in refused("motion-eval", "PKM/DiamondMotio-v0")
+    assert "PKM/Diamond-v0 is no motion environment" in refused("motion-eval", "PKM/Diamond-v0")
+    assert "can't read the driver" in refused("motion-eval", "PKM/DiamondMotion-v0", "nothing")
+    assert "has no use for --pool" in refused("train", "PKM/DiamondMotion-v0", "--pool", "p.npz")
+    assert "PKM/DiamondMotion-v0 is no design environment" in refused(
+        "tune", "PKM/DiamondMotion-v0"
+    )
