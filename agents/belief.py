@@ -17,7 +17,7 @@ from scipy.special import log_ndtr
 from pkm_gym.agents.surrogate import IntArray, Pieces, Surrogate
 from pkm_gym.core.types import BoolArray, FloatArray
 
-REACH = (0.04, 0.1)  # over which way an error of the value becomes one of slope, this of curvature
+REACH = (0.02, 0.05)  # over which way an error of the value becomes one of slope, this of curvature
 STEP = 1e-4  # of the differences of slopes
 EXACT = 1e-8  # deviation of a value that is told
 FAR = 0.1  # way over which the cubic terms become as large as the error
@@ -188,7 +188,7 @@ class Evidence:
         solved = np.linalg.solve(covariance, np.c_[residual, reached])
         surprise = float(residual @ solved[:, 0])
         size = float(np.linalg.slogdet(covariance)[1])
-        gain: FloatArray = solved[:, 1:].T
+        gain: FloatArray = np.asarray(solved[:, 1:].T, dtype=float)
         return gain @ residual, gain, surprise, size
 
 

@@ -41,11 +41,11 @@ class Settings:
         pieces: of each constraint.
     """
 
-    updates: int = 25_000
+    updates: int = 20_000
     batch_size: int = 2048
-    learning_rate: Sequence[float] = (4e-3, 4e-6)
+    learning_rate: Sequence[float] = (1e-2, 1e-5)
     slopes: float = 0.03
-    width: int = 48
+    width: int = 64
     pieces: int = 4
 
 
@@ -192,12 +192,21 @@ class Fit:
         with torch.no_grad():
             made = self._net(self._inputs[torch.as_tensor(held)].flatten(0, 1)).double().numpy()
         error = np.abs(made * self._scale + self._mean - told.reshape(made.shape))
-        counts = np.abs(told) < AT_LIMIT
-        counts[..., 0] = True
-        counts &= (self.samples.distances[held] < NEAR)[..., None]
-        counted = np.where(counts.reshape(made.shape), error, np.nan)
-        typical: FloatArray = np.nanquantile(counted, TYPICAL, axis=0)
-        return typical
+        near = (self.samples.distances[held] < NEAR).ravel()
+        return np.array(
+            [
+                _typical(error[near, j], told.reshape(made.shape)[near, j], always=j == 0)
+                for j in range(made.shape[1])
+            ]
+        )
+
+
+def _typical(error: FloatArray, told: FloatArray, *, always: bool) -> float:
+    """Return the typical error (n,), of a constraint where it is told to be near its limit."""
+    counts = np.abs(told) < AT_LIMIT
+    known = np.isfinite(error)
+    chosen = known & counts if (known & counts).any() and not always else known
+    return float(np.quantile(error[chosen], TYPICAL)) if chosen.any() else AT_LIMIT
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:

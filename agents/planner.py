@@ -18,12 +18,12 @@ from pkm_gym.core.types import FloatArray
 # By how many deviations constraints are taken to be worse than expected, at each evaluation of a
 # session, the last one for all later ones. Below zero they are taken to be better, and so is the
 # merit: such an evaluation shows whether that is so.
-CAUTION = (2.0, 1.0, -1.0, 1.0, -1.0, 1.0)
+CAUTION = (2.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 0.5, 0.5, 1.0)
 CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0)  # about a piece that no evaluation has told of
 
 TRUST = 0.05  # how far from the answer so far is searched, a share of the range
 DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no better answer
-CENTRES = 3  # times that the quadratics are moved to the design that they propose
+CENTRES = 2  # times that the quadratics are moved to the design that they propose
 SLACK = 10.0  # price of a broken constraint, in log merit
 IN_REACH = 6.0  # deviations below its limit, within which a piece may matter
 INSIDE = 1e-12

@@ -15,6 +15,7 @@ NEAREST, FARTHEST = 1e-3, 6e-2  # from the optimum, shares of the range; log-uni
 BATCH = 100_000  # designs evaluated at once
 WITHIN = 0.02  # a constraint that comes no nearer to its limit holds no optimum back
 SHARE = 1e-3  # of the samples, in which a constraint has to come so near
+ROUNDING = 1e-10
 PROBED = 2000  # samples by which it is seen what depends on what
 
 
@@ -80,5 +81,5 @@ def _depends(problem: DesignProblem, places: FloatArray, tasks: FloatArray) -> B
             mirrored = tasks.copy()
             mirrored[:, i] = variable.low + variable.high - tasks[:, i]
             change = np.abs(_told(problem, places, mirrored) - before)
-            changes.append(np.nan_to_num(change).max(axis=0) > 0.0)
+            changes.append(np.nan_to_num(change).max(axis=0) > ROUNDING)
     return np.array(changes).T

@@ -38,7 +38,9 @@ def command(
     split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE.npz", help="Keep the log of the first."),
+        typer.Option(
+            "--output", "-o", metavar="FOLDER", help="Keep the logs there, for `pkm-gym score`."
+        ),
     ] = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
@@ -62,7 +64,8 @@ def command(
     ]
     logs = record(designers, split, own_command())
     if output:
-        logs[0].save(output)
+        for log in logs:
+            log.save(output / f"designer-{log.setting.seed}.npz")
     show(console(), standings(logs))
 
 

@@ -28,6 +28,7 @@ PER_CENT = 100.0
 SMALL = 0.01  # per cent: what is below is written with an exponent where there's little room
 SHORT = (1, 4, 12, 60, 300)  # evaluations in the Markdown table
 AGAINST = (12, 120, 300)  # evaluations of the others in a paired comparison
+EQUAL = (1, 2, 4, 8, 12, 16, 24)  # evaluations of both
 
 
 def command(
@@ -58,6 +59,9 @@ def show(screen: Console, entries: Sequence[Entry]) -> None:
         screen.print(section(f"{champion.name} after {SCORED} evaluations is better on"))
         screen.print(_duels(champion, entries[1:]))
         screen.print("of the tasks (in brackets: at least, at 95 %)", style=FAINT)
+        screen.print(section(f"{champion.name} is better after as many evaluations on"))
+        screen.print(_equal_duels(champion, entries[1:]))
+        screen.print("of the tasks, in per cent; alike on others", style=FAINT)
     if any(entry.cost.evaluations for entry in entries):
         screen.print(section("What was spent before the first task"))
         screen.print(_costs(entries))
@@ -135,6 +139,15 @@ def _duels(champion: Entry, others: Sequence[Entry]) -> Any:
             for duel in found
         ]
         lines.add_row(other.name, *cells)
+    return lines
+
+
+def _equal_duels(champion: Entry, others: Sequence[Entry]) -> Any:
+    counts = [k for k in EQUAL if champion.has(k)]
+    lines = table("than, after", *map(str, counts), numbers=list(map(str, counts)))
+    for other in others:
+        duels = [compare(champion, k, other, k) if other.has(k) else None for k in counts]
+        lines.add_row(other.name, *(f"{100 * duel.share:.0f}" if duel else "" for duel in duels))
     return lines
 
 

@@ -13,8 +13,10 @@ import pkm_gym
 from pkm_gym.agents.designer import Centre, Designer
 from pkm_gym.agents.lessons import Lessons, prepare
 from pkm_gym.agents.network import Network
+from pkm_gym.agents.planner import Planner
 from pkm_gym.agents.recipe import read_recipe
 from pkm_gym.agents.runs import Run
+from pkm_gym.agents.surrogate import Surrogate
 from pkm_gym.envs.observation import observation_layout
 from pkm_gym.envs.rules import Rules
 
@@ -67,3 +69,37 @@ def untrained() -> Callable[..., Designer]:
         return Designer(problem, Rules(**rules), Network(layers, "silu", False), Centre(problem))
 
     return made
+
+
+@pytest.fixture
+def surrogate() -> Surrogate:
+    """A surrogate of the Diamond with random weights, as a file keeps them."""
+    problem = pkm_gym.make_problem("diamond")
+    rng = np.random.default_rng(5)
+    f, size, width, pieces = 4, 10, 6, 3
+    shapes = ((f, size, width), (f, width, width), (f, width, pieces))
+    drawn = Surrogate(
+        problem=problem,
+        columns=np.array([4, 5, 7]),
+        errors=np.full(f, 1e-3),
+        middle=rng.normal(0.0, 0.1, size),
+        spread=rng.uniform(0.5, 1.0, size),
+        mean=np.full(f, -0.1),
+        scale=np.full(f, 0.1),
+        weights=tuple(rng.normal(0.0, shape[1] ** -0.5, shape) for shape in shapes),
+        biases=tuple(rng.normal(0.0, 0.3, (f, 1, shape[2])) for shape in shapes),
+        straight=rng.normal(0.0, 0.3, (f, size, pieces)),
+    )
+    return Surrogate.of_tensors(problem, drawn.tensors())
+
+
+@pytest.fixture
+def unfitted(surrogate: Surrogate) -> Designer:
+    """A designer that plans with a surrogate of random weights."""
+    return Designer(surrogate.problem, Rules(), Planner(surrogate), Centre(surrogate.problem))
+
+
+@pytest.fixture(params=["network", "planner"])
+def designer(request: pytest.FixtureRequest, untrained: Any, unfitted: Designer) -> Designer:
+    """A designer of the Diamond of each kind."""
+    return untrained() if request.param == "network" else unfitted

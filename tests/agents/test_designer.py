@@ -22,10 +22,10 @@ ORIGIN = Origin("PKM/DiamondFamily-v0", "a test", 0, 0.0, {})
 
 
 @pytest.fixture
-def written(untrained, tmp_path):
+def written(designer, tmp_path):
     """The file of a designer."""
     path = tmp_path / "mine.json"
-    write_designer(untrained(), path, ORIGIN, {})
+    write_designer(designer, path, ORIGIN, {})
     return path
 
 
@@ -64,16 +64,27 @@ def test_a_session_is_an_episode_of_the_environment(untrained):
         np.testing.assert_allclose(session.answer.designs[i], answered, atol=1e-6)
 
 
-def test_a_short_budget_is_the_beginning_of_a_long_one(untrained):
-    designer = untrained()
+def test_a_plan_is_an_episode_of_the_environment_that_jumps(unfitted):
+    problem = unfitted.problem
+    env = gym.make("PKM/Diamond-v0", action_mode="absolute")
+    env.reset()
+    session = unfitted.design({})
+    for design, merit in zip(session.designs[0], session.merit[0], strict=True):
+        place = (design - problem.low) / (problem.high - problem.low)
+        info = env.step((2.0 * place - 1.0).astype(np.float32))[-1]
+        np.testing.assert_allclose(list(info["design"].values()), design, atol=1e-6)
+        assert info["merit"] == pytest.approx(merit, rel=1e-5)
+
+
+def test_a_short_budget_is_the_beginning_of_a_long_one(designer):
     whole, part = designer.design({"b": 1.0}), designer.design({"b": 1.0}, budget=5)
     np.testing.assert_array_equal(part.designs, whole.designs[:, :5])
 
 
 @pytest.mark.parametrize("budget", [0, 13, 2.5])
-def test_a_budget_that_it_was_not_trained_for_is_refused(untrained, budget):
+def test_a_budget_that_it_was_not_trained_for_is_refused(designer, budget):
     with pytest.raises(ValueError, match=r"trained for 12 evaluations"):
-        untrained().design({}, budget=budget)
+        designer.design({}, budget=budget)
 
 
 def test_regrets_count_feasible_designs_only(untrained):
@@ -86,10 +97,10 @@ def test_regrets_count_feasible_designs_only(untrained):
             assert regrets[i, k] == min(found, default=np.inf)
 
 
-def test_a_file_gives_the_same_designer(untrained, written):
-    designer, origin = read_designer(written)
+def test_a_file_gives_the_same_designer(designer, written):
+    again, origin = read_designer(written)
     assert origin == ORIGIN
-    np.testing.assert_array_equal(designer.design({}).designs, untrained().design({}).designs)
+    np.testing.assert_array_equal(again.design({}).designs, designer.design({}).designs)
 
 
 def test_a_file_keeps_the_interpolated_starts(untrained, pool, tmp_path):

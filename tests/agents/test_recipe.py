@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from pkm_gym.agents.recipe import ALGORITHMS, read_recipe
+from pkm_gym.agents.recipe import LEARNERS, read_recipe
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", LEARNERS)
 def test_every_algorithm_has_defaults(algorithm):
     recipe = read_recipe(algorithm, "PKM/Diamond-v0")
     assert recipe.steps > 0

@@ -29,15 +29,13 @@ def designs_of(study: optuna.Study) -> np.ndarray:
     return np.array([list(trial.params.values()) for trial in study.trials])
 
 
-def test_its_proposals_are_the_sessions(untrained):
-    designer = untrained()
+def test_its_proposals_are_the_sessions(designer):
     study = optuna.create_study(sampler=DesignerSampler(designer, TASK))
     study.optimize(designer.problem.objective_for(TASK), n_trials=12)
     np.testing.assert_allclose(designs_of(study), designer.design(TASK).designs[0], atol=1e-6)
 
 
-def test_it_goes_on_in_mid_session_and_then_hands_over(untrained, tmp_path):
-    designer = untrained()
+def test_it_goes_on_in_mid_session_and_then_hands_over(designer, tmp_path):
     objective = designer.problem.objective_for(TASK)
     for part in (5, 5, 5):
         study = optuna.create_study(
@@ -50,8 +48,7 @@ def test_it_goes_on_in_mid_session_and_then_hands_over(untrained, tmp_path):
     assert len(study.trials) == 15
 
 
-def test_enqueued_trials_do_not_belong_to_the_session(untrained):
-    designer = untrained()
+def test_enqueued_trials_do_not_belong_to_the_session(designer):
     study = optuna.create_study(sampler=DesignerSampler(designer, TASK))
     middle = 0.5 * (designer.problem.low + designer.problem.high) * 1.01
     study.enqueue_trial(dict(zip(designer.problem.variable_names, middle, strict=True)))
@@ -59,8 +56,7 @@ def test_enqueued_trials_do_not_belong_to_the_session(untrained):
     np.testing.assert_allclose(designs_of(study)[1:], designer.design(TASK).designs[0], atol=1e-6)
 
 
-def test_a_study_without_our_attributes_is_evaluated_anew(untrained):
-    designer = untrained()
+def test_a_study_without_our_attributes_is_evaluated_anew(designer):
     objective = designer.problem.objective_for(TASK)
     study = optuna.create_study(sampler=DesignerSampler(designer, TASK))
 
@@ -108,8 +104,7 @@ study.optimize(slow, n_trials={trials})
 """
 
 
-def test_killed_in_mid_session_it_goes_on(untrained, tmp_path):
-    designer = untrained()
+def test_killed_in_mid_session_it_goes_on(designer, tmp_path):
     write_designer(designer, tmp_path / "mine.json", Origin("", "", 0, 0.0, {}), {})
     command = [sys.executable, "-c", SCRIPT.format(task=TASK, delay=0.3, trials=12)]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL)

@@ -89,10 +89,10 @@ def test_a_zip_is_not_unpickled_without_trust(refused):
 
 @SPLIT
 def test_a_trained_agent_is_scored(trained, run, tmp_path):
-    result = run("agent-eval", trained, "-o", "log.npz")
+    result = run("agent-eval", trained, "-o", "logs")
     assert result.exit_code == 0, result.stderr
     assert "diamond, val" in result.stdout
-    assert (tmp_path / "log.npz").exists()
+    assert (tmp_path / "logs" / "designer-0.npz").exists()
 
 
 @SHIPPED

@@ -33,11 +33,11 @@ def random_designs(
     return designs, problem.draw_tasks(n, rng)
 
 
-def assert_same(one: Any, other: Any) -> None:
+def assert_same(one: Any, other: Any, rtol: float = 0.0) -> None:
     for name in one.indices:
         np.testing.assert_array_equal(one.indices[name], other.indices[name], err_msg=name)
     np.testing.assert_array_equal(one.constraints, other.constraints)
-    np.testing.assert_array_equal(one.log_merit, other.log_merit)
+    np.testing.assert_allclose(one.log_merit, other.log_merit, rtol=rtol)
 
 
 def test_evaluate_is_deterministic(problem: DesignProblem, rng: np.random.Generator) -> None:
@@ -63,7 +63,7 @@ def test_serial_and_parallel_kernels_agree(
     serial = problem.evaluate(designs, tasks)
     monkeypatch.setattr(compiling, "SERIAL_WORK", 0.0)
     parallel = problem.evaluate(designs, tasks)
-    assert_same(serial, parallel)
+    assert_same(serial, parallel, rtol=1e-14)  # penalties may be added in another order
 
 
 def test_a_batch_of_designs_equals_single_designs(

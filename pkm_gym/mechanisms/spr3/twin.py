@@ -37,9 +37,7 @@ AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the movi
 AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i
 TANGENTS = np.stack([-np.asarray(SIN), COS, np.zeros(3)], axis=-1)  # t_i
 NORMAL = np.array([0.0, 0.0, 1.0])
-INSIDE = (
-    1.0 - 1e-5
-)  # size of the path, in largest ones: straight lines between its samples reach too
+INSIDE = 1.0 - 1e-5  # size of the path, in largest ones: lines between its samples reach too
 CYLINDER = 0.9  # length of a leg's cylinder, in shortest legs
 
 
