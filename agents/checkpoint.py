@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 
-from pkm_gym.agents.fit import read_checkpoint
+from pkm_gym.agents.state import read_state, write_state
 
 COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
 REPLAY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -40,12 +39,7 @@ def save_checkpoint(model: Any, path: Path, **more: Any) -> None:
         "replay": _replay(model),
         "more": more,
     }
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        torch.save(state, temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    write_state(path, state)
 
 
 def load_checkpoint(model: Any, path: Path) -> dict[str, Any]:
@@ -54,7 +48,7 @@ def load_checkpoint(model: Any, path: Path) -> dict[str, Any]:
     Raises:
         ValueError: for a file that is missing, damaged or another recipe's.
     """
-    state = read_checkpoint(path)
+    state = read_state(path)
     try:
         model.set_parameters(state["parameters"])
     except (ValueError, RuntimeError, KeyError):

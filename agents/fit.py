@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from torch import Tensor, nn
 from torch.nn.functional import silu
 
 from pkm_gym.agents.samples import Samples
+from pkm_gym.agents.state import read_state, write_state
 from pkm_gym.agents.surrogate import Surrogate
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -148,7 +148,7 @@ class Fit:
         )  # fmt: skip
 
     def save(self, path: Path, best: float) -> None:
-        """Write the state; the file appears whole or not at all."""
+        """Keep the state in a file."""
         state = {
             "net": self._net.state_dict(),
             "optimiser": self._optimiser.state_dict(),
@@ -157,12 +157,7 @@ class Fit:
             "done": self.done,
             "best": best,
         }
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            torch.save(state, temporary)
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_state(path, state)
 
     def load(self, path: Path) -> float:
         """Go on from a file that ``save`` wrote; return the best score.
@@ -170,7 +165,7 @@ class Fit:
         Raises:
             ValueError: for a file that is missing, damaged or another recipe's.
         """
-        state = read_checkpoint(path)
+        state = read_state(path)
         try:
             self._net.load_state_dict(state["net"])
             self._optimiser.load_state_dict(state["optimiser"])
@@ -207,21 +202,6 @@ def _typical(error: FloatArray, told: FloatArray, *, always: bool) -> float:
     known = np.isfinite(error)
     chosen = known & counts if (known & counts).any() and not always else known
     return float(np.quantile(error[chosen], TYPICAL)) if chosen.any() else AT_LIMIT
-
-
-def read_checkpoint(path: Path) -> dict[str, Any]:
-    """Return the state in a file, unpickling no code.
-
-    Raises:
-        ValueError: for a file that is missing or damaged.
-    """
-    try:
-        state: dict[str, Any] = torch.load(path, weights_only=True)
-    except FileNotFoundError:
-        raise ValueError(f"there is no checkpoint {str(path)!r} to resume from") from None
-    except Exception:  # zip, pickle and torch raise their own
-        raise ValueError(f"{str(path)!r} is no checkpoint, or a damaged one") from None
-    return state
 
 
 def _standard(values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -18,8 +18,8 @@ from pkm_gym.core.types import FloatArray
 # By how many deviations constraints are taken to be worse than expected, at each evaluation of a
 # session, the last one for all later ones. Below zero they are taken to be better, and so is the
 # merit: such an evaluation shows whether that is so.
-CAUTION = (2.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 0.5, 0.5, 1.0)
-CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0)  # about a piece that no evaluation has told of
+CAUTION = (2.0, 1.0, -1.0, 1.0, -1.0, 1.0, 0.5, -1.0, 0.5, 0.5, 1.0)
+CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0, -4.0)  # about a piece that no evaluation has told of
 
 TRUST = 0.05  # how far from the answer so far is searched, a share of the range
 DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no better answer
