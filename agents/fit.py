@@ -112,8 +112,8 @@ class Fit:
             final_div_factor=high / (25.0 * low),
         )  # fmt: skip
 
-    def update(self) -> None:
-        """Take one step of Adam on pairs of samples."""
+    def update(self) -> float:
+        """Take one step of Adam on pairs of samples; return the loss before it."""
         half = self.settings.batch_size // 2
         task = self._learned[self._draw(len(self._learned), half)]
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
@@ -131,6 +131,7 @@ class Fit:
         self._optimiser.step()
         self._schedule.step()
         self.done += 1
+        return float(loss.detach())
 
     def surrogate(self) -> Surrogate:
         """Return what was fitted so far, with the errors that it makes on the held-out tasks."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from pkm_gym.agents.planner import Planner
 from pkm_gym.agents.runs import CHECKPOINT
 from pkm_gym.agents.samples import draw
 from pkm_gym.agents.training import Stopped, Training
+
+if TYPE_CHECKING:
+    from torch.utils.tensorboard import SummaryWriter
 
 CHECK_EVERY = 100  # updates between two looks at whether to stop
 
@@ -34,15 +38,17 @@ class Fitting(Training[Policy]):
             self.best = fit.load(path)
         updates = fit.settings.updates
         every = max(1, updates // self.run.recipe.checkpoints)
-        while fit.done < updates:
-            fit.update()
-            if fit.done % every == 0 or fit.done == updates:
-                self._keep(fit, path)
-            if fit.done % CHECK_EVERY == 0:
-                self.report(self._steps(fit), self.best)
-                if self.stop():
-                    fit.save(path, self.best)
-                    raise Stopped
+        with _board(self.run.folder / "tensorboard") as board:
+            while fit.done < updates:
+                loss = fit.update()
+                if fit.done % every == 0 or fit.done == updates:
+                    self._keep(fit, path)
+                if fit.done % CHECK_EVERY == 0:
+                    board.add_scalar("fit/loss", loss, fit.done)
+                    self.report(self._steps(fit), self.best)
+                    if self.stop():
+                        fit.save(path, self.best)
+                        raise Stopped
         return self.best
 
     def begin(self) -> Fit:
@@ -71,3 +77,9 @@ class Fitting(Training[Policy]):
     def _steps(self, fit: Fit) -> int:
         """Return the share of the evaluations that the updates done have made use of."""
         return round(self.run.recipe.steps * fit.done / fit.settings.updates)
+
+
+def _board(folder: Path) -> SummaryWriter:
+    from torch.utils.tensorboard import SummaryWriter
+
+    return SummaryWriter(str(folder))
