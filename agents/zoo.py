@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.files import CONFIG, WEIGHTS, read_designer, write_designer
+from pkm_gym.agents.files import CONFIG, read_designer, write_designer
 from pkm_gym.agents.library import ZOO, designer_path, shipped
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.studies.terminal import FAINT, console, table
@@ -38,15 +38,13 @@ def command(
     if add is not None:
         screen.print(f"taken in: {take_in(add)}", soft_wrap=True)
     heads = [f"k = {k}" for k in AT]
-    numbers = ["budget", "steps", *heads, "kB"]
+    numbers = ["steps", *heads]
     rows = table("designer", "problem", *numbers, numbers=numbers)
     for name, path in shipped().items():
         designer, origin = read_designer(path)
         regrets = origin.recorded["regrets"]
         medians = [f"{100.0 * regrets[str(k)]:.1g}" if str(k) in regrets else "" for k in AT]
-        size = sum(path.with_suffix(suffix).stat().st_size for suffix in (CONFIG, WEIGHTS))
-        steps, budget = f"{origin.steps / 1e6:.1f} M", f"{designer.rules.budget}"
-        rows.add_row(name, designer.problem.name, budget, steps, *medians, f"{size / 1e3:.0f}")
+        rows.add_row(name, designer.problem.name, f"{origin.steps / 1e6:.1f} M", *medians)
     screen.print(rows)
     screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)
 
