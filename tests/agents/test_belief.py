@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pkm_gym.agents.belief import Evidence, believe, expansion, slopes_of_terms, terms
+from pkm_gym.agents.belief import believe, expansion, slopes_of_terms, terms
+from pkm_gym.agents.evidence import Evidence
 
 RNG = np.random.default_rng(4)
 
