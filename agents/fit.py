@@ -25,6 +25,8 @@ AT_LIMIT = 0.01  # a constraint this far from its limit counts half
 EXACT = 3e-4  # errors below it count by their square, above it by their size
 EXACT_SLOPE = 3e-3
 APART = 2e-3  # the least distance over which a slope is taken
+HARD = 0.5  # share of the updates after which the maximum over pieces is one
+LEAST_SOFTNESS = 1e-3
 WARMING = 0.1  # share of the updates in which the learning rate rises
 
 
@@ -39,6 +41,8 @@ class Settings:
         slopes: weight of the slope between the two samples of a task.
         width: of the two hidden layers.
         pieces: of each constraint.
+        softness: of the maximum over the pieces at first, in deviations of the output: all of them
+            learn then, and none is left out. It hardens over the first half of the updates.
     """
 
     updates: int = 20_000
@@ -47,6 +51,7 @@ class Settings:
     slopes: float = 0.03
     width: int = 64
     pieces: int = 4
+    softness: float = 0.0
 
 
 class Net(nn.Module):
@@ -71,13 +76,17 @@ class Net(nn.Module):
         )
         self.straight = nn.Parameter(0.1 * torch.randn(f, size, pieces))
 
-    def forward(self, inputs: Tensor) -> Tensor:
+    def forward(self, inputs: Tensor, softness: float = 0.0) -> Tensor:
         """Return the outputs (n, f) for standardised inputs (n, size)."""
         own = inputs * self.depends
         hidden = silu(torch.baddbmm(self.biases[0], own, self.weights[0]))
         hidden = silu(torch.baddbmm(self.biases[1], hidden, self.weights[1]))
         made = torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
-        return torch.cat([made[:1, :, 0], made[1:].amax(dim=2)]).T
+        if softness:
+            largest = softness * torch.logsumexp(made[1:] / softness, dim=2)
+        else:
+            largest = made[1:].amax(dim=2)
+        return torch.cat([made[:1, :, 0], largest]).T
 
 
 class Fit:
@@ -118,7 +127,8 @@ class Fit:
         task = self._learned[self._draw(len(self._learned), half)]
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
         rows = torch.cat([task, task]), torch.cat([first, second])
-        error = (self._net(self._inputs[rows]) - self._told[rows]) * _tensor(self._scale)
+        made = self._net(self._inputs[rows], self._softness())
+        error = (made - self._told[rows]) * _tensor(self._scale)
         weight = self._weights[rows]
         apart = (self._places[task, first] - self._places[task, second]).norm(dim=1) + APART
         slope = (error[:half] - error[half:]) / apart[:, None]
@@ -177,6 +187,10 @@ class Fit:
         self.done = state["done"]
         best: float = state["best"]
         return best
+
+    def _softness(self) -> float:
+        left = 1.0 - self.done / (HARD * self.settings.updates)
+        return self.settings.softness * left if left > LEAST_SOFTNESS else 0.0
 
     def _draw(self, below: int, n: int) -> Tensor:
         return torch.randint(below, (n,), generator=self._generator)

@@ -110,7 +110,8 @@ def command(
         lessons = prepare(spec.id, recipe, folder, pool=pool, validation=validation)
     import torch
 
-    from pkm_gym.agents.training import Stopped, training_of
+    from pkm_gym.agents.training import Stopped
+    from pkm_gym.agents.trainings import training_of
 
     torch.set_num_threads(threads)
     try:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -80,20 +80,3 @@ class Training(ABC, Generic[Learned_contra]):
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         return reached
-
-
-def training_of(
-    run: Run,
-    lessons: Any,
-    report: Report = lambda *_: None,
-    stop: Callable[[], bool] = lambda: False,
-    scored: Callable[[float], None] = lambda _: None,
-) -> Training[Any]:
-    """Return the training of a run, as its algorithm learns; see ``Training``."""
-    if run.algorithm == "model":
-        from pkm_gym.agents.fitting import Fitting
-
-        return Fitting(run, lessons, report, stop, scored)
-    from pkm_gym.agents.learning import Learning
-
-    return Learning(run, lessons, report, stop, scored)

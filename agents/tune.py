@@ -18,7 +18,7 @@ from optuna.trial import TrialState
 from pkm_gym.agents.lessons import find_spec, prepare
 from pkm_gym.agents.recipe import ALGORITHMS, Recipe, read_recipe
 from pkm_gym.agents.runs import CHECKPOINT, Run
-from pkm_gym.agents.training import training_of
+from pkm_gym.agents.trainings import training_of
 from pkm_gym.studies.search import own_command
 from pkm_gym.studies.storage import count_finished, open_storage, quiet
 from pkm_gym.studies.terminal import FAINT, console, section, table

@@ -122,7 +122,7 @@ def test_descending_from_near_the_optimum_comes_closer(shipped):
     descend(evaluator, near, 0.002)
     optimum = problem.evaluate(split.designs[row][None], split.tasks[row][None]).log_merit[0]
     regrets = evaluator.log_merit - optimum
-    assert -1e-9 < regrets[evaluator.feasible].min() < 1e-2 * abs(regrets[0])
+    assert -1e-9 < regrets[evaluator.feasible].min() < 2e-2 * abs(regrets[0])
 
 
 def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):

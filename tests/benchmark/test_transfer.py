@@ -92,6 +92,9 @@ def regret(problem, split, row, search, budget=BUDGET):
 
 def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
     problem, split = shipped
+    limits = [ladder.optima.limit_of(j) for j in np.flatnonzero(split.active.any(axis=0))]
+    if None in limits:
+        pytest.skip("a constraint is active that no field of the task limits: no rung can move it")
     rows = np.flatnonzero(split.solvable)[:24].tolist()
     near = neighbours.prepare(problem, pool)
     found = np.array([
