@@ -190,14 +190,21 @@ def test_an_sb3_model_that_is_trusted_acts_as_itself(small, tmp_path):
 
 
 @pytest.mark.parametrize("name", shipped())
-def test_shipped_designers_reproduce_what_they_recorded(name):
+def test_shipped_designers_begin_as_they_recorded(name):
     designer, origin = read_designer(shipped()[name])
-    known, now = origin.recorded, recorded(designer)
+    known = origin.recorded
+    designs = designer.design(np.array(known["tasks"]), budget=1).designs[:, 0]
     span = designer.problem.high - designer.problem.low
-    designs = np.array(known["designs"])
-    np.testing.assert_allclose((now["designs"] - designs) / span, 0.0, atol=1e-5)
-    for k in AT[: len(known["regrets"])]:
-        before, after = (max(FLOOR, one["regrets"][str(k)]) for one in (known, now))
+    np.testing.assert_allclose((designs - known["designs"]) / span, 0.0, atol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_designers_reproduce_the_regrets_that_they_recorded(name):
+    designer, origin = read_designer(shipped()[name])
+    known, now = origin.recorded["regrets"], recorded(designer)["regrets"]
+    for k in AT[: len(known)]:
+        before, after = (max(FLOOR, regrets[str(k)]) for regrets in (known, now))
         assert after == pytest.approx(before, rel=0.1)
 
 
