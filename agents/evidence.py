@@ -13,6 +13,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 
 CANDIDATE = 6.0  # deviations below the largest, within which a piece may have been the largest
 PASSES = 4
+ROUNDING = 1e-9  # relative, of variances: two evaluations of one design are no contradiction
 CERTAIN = 3.0  # deviations below what was told, from which on that is no news
 LEAST_ROOM = 1e4  # deviations; beyond it the logarithms lose their digits
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
@@ -109,7 +110,8 @@ class Evidence:
         """Return mean (terms,), gain (terms, k), surprise and log determinant of k told values."""
         basis, residual = self.basis[spoke], self.told[spoke] - self.values[spoke, piece]
         reached = basis * self.variance
-        covariance = reached @ basis.T + np.diag(self.noise[spoke])
+        covariance = reached @ basis.T
+        covariance += np.diag(self.noise[spoke] + ROUNDING * np.diag(covariance))
         solved = np.linalg.solve(covariance, np.c_[residual, reached])
         surprise = float(residual @ solved[:, 0])
         size = float(np.linalg.slogdet(covariance)[1])

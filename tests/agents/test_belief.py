@@ -66,6 +66,14 @@ def test_a_surprise_widens_the_belief():
     assert alarmed > calm
 
 
+def test_one_design_twice_is_no_singular_matter():
+    basis = np.ones((2, 1))
+    twice = Evidence(basis, np.array([9.0, 8.0]), np.zeros((2, 1)), np.array([1e9]), np.zeros(2))
+    mean, covariance = twice.posterior(np.ones(2, dtype=bool), 0)
+    assert mean[0] == pytest.approx(8.5, rel=1e-3)
+    assert np.isfinite(covariance).all()
+
+
 def test_the_speakers_are_found_though_the_surrogate_errs():
     """Two lines that cross; the surrogate has them shifted, so that it takes one for the other."""
     right = 0
