@@ -15,7 +15,7 @@ CANDIDATE = 6.0  # deviations below the largest, within which a piece may have b
 PASSES = 4
 ROUNDING = 1e-9  # relative, of variances: two evaluations of one design are no contradiction
 CERTAIN = 3.0  # deviations below what was told, from which on that is no news
-LEAST_ROOM = 1e4  # deviations; beyond it the logarithms lose their digits
+LEAST_ROOM = 1e3  # deviations; beyond it the logarithms lose their digits
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
@@ -100,7 +100,7 @@ class Evidence:
                 likelihood += below
                 shift = np.exp(-0.5 * room**2 - HALF_LOG_2PI - below)
                 mean = mean - reached * shift / deviation
-                lost = shift * (room + shift) / deviation**2
+                lost = min(1.0, shift * (room + shift)) / deviation**2
                 covariance = covariance - lost * np.outer(reached, reached)
         return mean, covariance, likelihood
 
