@@ -21,7 +21,7 @@ from rich.progress import (
 
 from pkm_gym.agents.lessons import find_spec, is_motion, prepare
 from pkm_gym.agents.motion import drives
-from pkm_gym.agents.recipe import ALGORITHMS, read_recipe
+from pkm_gym.agents.recipe import ALGORITHMS, LEARNERS, read_recipe
 from pkm_gym.agents.runs import BEST, Run
 from pkm_gym.studies.runner import interruptible
 from pkm_gym.studies.search import own_command
@@ -95,6 +95,8 @@ def command(
     far. Ctrl-C keeps the state; --resume goes on from there as if nothing had happened.
     """
     spec = find_spec(env, motion=True)
+    if is_motion(spec) and algo in set(ALGORITHMS) - set(LEARNERS):
+        raise ValueError(f"{spec.id} is learned by one of {', '.join(LEARNERS)}, not by {algo}")
     folder = output or RUNS / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())

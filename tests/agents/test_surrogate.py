@@ -56,7 +56,12 @@ def test_what_is_told_is_the_value_without_the_penalty(surrogate):
 def fit() -> Fit:
     problem, pool = load_split("diamond", "val")
     samples = draw(problem, pool.first(40), 8, np.random.default_rng(0))
-    return Fit(problem, samples, Settings(updates=40, batch_size=64, width=8, pieces=3), seed=0)
+    return Fit(
+        problem,
+        samples,
+        Settings(updates=40, batch_size=64, width=8, pieces=3, softness=0.3),
+        seed=0,
+    )
 
 
 def test_samples_show_what_depends_on_what(fit):

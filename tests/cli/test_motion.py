@@ -51,3 +51,9 @@ def test_mistakes_are_refused_in_one_sentence(refused):
     assert "PKM/DiamondMotion-v0 is no design environment" in refused(
         "tune", "PKM/DiamondMotion-v0"
     )
+
+
+def test_a_model_is_no_driver(refused, tmp_path):
+    sentence = refused("train", "PKM/DiamondMotion-v0", "--algo", "model", "-o", "a")
+    assert "is learned by one of ppo, sac, td3, tqc, not by model" in sentence
+    assert not (tmp_path / "a").exists()
