@@ -65,7 +65,8 @@ def believe(
     """
     mean = expansion(surrogate, point, centre)
     f, k, t = mean.shape
-    deviation = np.outer(surrogate.errors, _growth(len(centre)))  # (outputs, terms)
+    errors = surrogate.errors_at(point)
+    deviation = np.outer(errors, _growth(len(centre)))  # (outputs, terms)
     covariance = np.broadcast_to((deviation**2)[:, None, :, None] * np.eye(t), (f, k, t, t)).copy()
     spoke = np.full(told.shape, -1) if speakers is None else speakers
     if not len(places):
@@ -77,7 +78,7 @@ def believe(
         rows = np.flatnonzero(np.isfinite(told[:, j]))
         evidence = Evidence(
             terms(offsets[rows]), told[rows, j], values[rows, j], deviation[j] ** 2,
-            (EXACT + surrogate.errors[j] * cubic[rows]) ** 2,
+            (EXACT + errors[j] * cubic[rows]) ** 2,
         )  # fmt: skip
         if speakers is None:
             spoke[rows, j] = evidence.speakers()

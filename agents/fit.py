@@ -47,11 +47,11 @@ class Settings:
 
     updates: int = 20_000
     batch_size: int = 2048
-    learning_rate: Sequence[float] = (1e-2, 1e-5)
+    learning_rate: Sequence[float] = (4e-3, 4e-6)
     slopes: float = 0.03
     width: int = 64
     pieces: int = 4
-    softness: float = 0.0
+    softness: float = 0.3
 
 
 class Net(nn.Module):
@@ -107,6 +107,7 @@ class Fit:
         self._mean, self._scale = _standard(samples.told)
         self._inputs = _tensor((inputs - self._middle) / self._spread)
         self._places = _tensor(samples.places)
+        self._scales = _tensor(self._scale)
         self._told = _tensor(np.nan_to_num((samples.told - self._mean) / self._scale))
         self._weights = _tensor(_weights(samples.told))
         self._learned = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
@@ -128,7 +129,7 @@ class Fit:
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
         rows = torch.cat([task, task]), torch.cat([first, second])
         made = self._net(self._inputs[rows], self._softness())
-        error = (made - self._told[rows]) * _tensor(self._scale)
+        error = (made - self._told[rows]) * self._scales
         weight = self._weights[rows]
         apart = (self._places[task, first] - self._places[task, second]).norm(dim=1) + APART
         slope = (error[:half] - error[half:]) / apart[:, None]

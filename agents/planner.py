@@ -23,6 +23,8 @@ CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0, -4.0)  # about a piece that no evaluatio
 
 TRUST = 0.05  # how far from the answer so far is searched, a share of the range
 DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no better answer
+AFAR = 4.0  # shares of the range for each unit by which the answer breaks a constraint, at least
+FARTHEST = 0.5
 CENTRES = 2  # times that the quadratics are moved to the design that they propose
 SLACK = 10.0  # price of a broken constraint, in log merit
 IN_REACH = 6.0  # deviations below its limit, within which a piece may matter
@@ -69,7 +71,7 @@ class Planner:
         places = (memory.designs[row, :count] - low) / span
         told = self.surrogate.told(memory.log_merit[row, :count], memory.constraints[row, :count])
         home = (memory.answer.designs[row] - low) / span
-        trust = TRUST * DISTRUST ** _failures(memory, row)
+        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(told))
         bounds = np.maximum(0.0, home - trust), np.minimum(1.0, home + trust)
         centre, speakers = home, None
         for _ in range(CENTRES):
@@ -156,6 +158,13 @@ def _starts(d: int, hope: float) -> list[FloatArray]:
 def _failures(memory: Memory, row: int) -> int:
     """Return how many evaluations of a session were no better than the answer before."""
     return int(memory.evaluations[row] - memory.improved[row])
+
+
+def _way(told: FloatArray) -> float:
+    """Return how far away something feasible may be, by what evaluations (n, outputs) told."""
+    broken = np.nanmax(np.c_[told[:, 1:], np.zeros(len(told))], axis=1)
+    known = np.where(np.isnan(told[:, 0]), np.inf, broken)
+    return min(FARTHEST, AFAR * float(known.min(initial=np.inf))) if len(told) else 0.0
 
 
 def _at(schedule: tuple[float, ...], count: int) -> float:

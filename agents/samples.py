@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pkm_gym.agents.surrogate import IntArray, outputs, points
+from pkm_gym.agents.surrogate import IntArray, outputs
+from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -58,7 +59,8 @@ def draw(problem: DesignProblem, pool: Pool, k: int, generator: np.random.Genera
     probed = generator.integers(n * k, size=PROBED)
     depends = _depends(problem, places.reshape(-1, d)[probed], every[probed])[kept]
     return Samples(
-        points(problem, tasks), places, distances, columns, told[:, kept].reshape(n, k, -1), depends
+        task_points(problem, tasks), places, distances, columns,
+        told[:, kept].reshape(n, k, -1), depends,
     )
 
 

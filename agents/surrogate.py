@@ -9,10 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.core.merit import CAP
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-from pkm_gym.envs.observation import scaled_tasks
+from pkm_gym.envs.observation import FAMILY_EDGE
+
+BEYOND = 0.02  # how far beyond the Family's range (a range is 1.2) errors are twice as large
 
 IntArray = npt.NDArray[np.intp]
 
@@ -42,7 +45,7 @@ class Surrogate:
     hold an optimum back. A constraint is the largest of its pieces, for limits over a workspace
     have kinks: the worst pose jumps. The first output has one piece only.
 
-    A task is given by its drawn fields, the Family's range to +-0.6; a design by its place in the
+    A task is given by its drawn fields (``task_points``); a design by its place in the
     unit cube.
 
     Attributes:
@@ -101,7 +104,13 @@ class Surrogate:
 
     def point(self, task: FloatArray) -> FloatArray:
         """Return the point (m,) of a packed task."""
-        return points(self.problem, task[None])[0]
+        return task_points(self.problem, task[None])[0]
+
+    def errors_at(self, point: FloatArray) -> FloatArray:
+        """Return the typical errors (outputs,) for a task's point (m,): larger beyond the range."""
+        beyond = np.max(np.abs(point), initial=FAMILY_EDGE) - FAMILY_EDGE
+        errors: FloatArray = self.errors * (1.0 + beyond / BEYOND)
+        return errors
 
     def tensors(self) -> dict[str, Any]:
         """Return all arrays by name, for a file: float32 but for the columns."""
@@ -134,12 +143,6 @@ def outputs(problem: DesignProblem, log_merit: FloatArray, constraints: FloatArr
     penalty = problem.penalty_weight * np.maximum(0.0, constraints).sum(axis=1)
     whole = np.c_[log_merit - penalty, constraints]
     return np.where(log_merit[:, None] < CAP, whole, np.nan)
-
-
-def points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
-    """Return the fields that are drawn (n, m) of packed tasks, the Family's range to +-0.6."""
-    drawn = [variable.drawn for variable in problem.task_variables]
-    return scaled_tasks(problem, tasks)[:, drawn]
 
 
 def _silu(x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import ACTIVE
 from pkm_gym.core.types import BoolArray, FloatArray
-from pkm_gym.envs.observation import scaled_tasks
+from pkm_gym.envs.observation import FAMILY_EDGE
 
 NEIGHBOUR = 3  # the fourth nearest point says how well an input is surrounded
 DISTANCE = 0.1  # a distance of 1 counts like a violation of this
@@ -103,7 +103,7 @@ class Interpolation:
         """Interpolate the solvable tasks of a pool."""
         self.problem = problem
         kept = pool.solvable
-        points = self.points(pool.tasks[kept])
+        points = task_points(problem, pool.tasks[kept])
         places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
         constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
         active = constraints > -ACTIVE
@@ -152,7 +152,7 @@ class Interpolation:
 
     def designs(self, tasks: FloatArray) -> FloatArray:
         """Return the designs (n, d) for packed tasks (n, m), clipped to the box."""
-        points = self.points(tasks)
+        points = task_points(self.problem, tasks)
         places = np.array([part.designs(points) for part in self.parts])
         return self.in_box(places[self.doubts(points).argmin(axis=0), np.arange(len(tasks))])
 
@@ -160,15 +160,23 @@ class Interpolation:
         """Return how doubtful each part (p, n) is at points (n, k) of the space of the tasks."""
         return np.array([_doubt(part, points, part.designs(points)) for part in self.parts])
 
-    def points(self, tasks: FloatArray) -> FloatArray:
-        """Return the fields that are drawn (n, k) of packed tasks, the Family's range to +-0.6."""
-        drawn = [variable.drawn for variable in self.problem.task_variables]
-        return scaled_tasks(self.problem, tasks)[:, drawn]
-
     def in_box(self, places: FloatArray) -> FloatArray:
         """Return the designs (n, d) at places (n, d) of the unit cube, clipped to the box."""
         low, high = self.problem.low, self.problem.high
         return low + (high - low) * np.clip(places, 0.0, 1.0)
+
+
+def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
+    """Return the fields that are drawn (n, k) of packed tasks: the Family's range to +-0.6.
+
+    Unlike in an observation the scale has no bend at the ends of the range: what is smooth in the
+    task stays smooth beyond it.
+    """
+    drawn = np.array([variable.drawn for variable in problem.task_variables])
+    edges = [(v.low, v.high) for v in problem.task_variables if v.drawn]
+    low, high = np.array(edges).reshape(-1, 2).T
+    points: FloatArray = FAMILY_EDGE * (2.0 * (tasks[:, drawn] - low) / (high - low) - 1.0)
+    return points
 
 
 def _parted(limits: BoolArray, least: int) -> Iterator[npt.NDArray[np.intp]]:

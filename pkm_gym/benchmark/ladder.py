@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part
+from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part, task_points
 from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -49,7 +49,7 @@ class Ladder:
         part of the interpolation.
         """
         task = evaluator.task
-        point = self.interpolation.points(task[None])[0]
+        point = task_points(evaluator.problem, task[None])[0]
         parts = self._parts(point)
         part = next(parts)
         margin = MARGIN
@@ -92,7 +92,7 @@ class Ladder:
     def _all_tasks(self, problem: DesignProblem, pool: Pool) -> Part:
         """Return the part of all solvable tasks, whatever limits are active: kinks and all."""
         kept = pool.solvable
-        points = self.interpolation.points(pool.tasks[kept])
+        points = task_points(problem, pool.tasks[kept])
         places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
         through = Cubic.through(points, places)
         return Part(np.zeros(len(problem.constraint_names), dtype=bool), through, through)
