@@ -23,7 +23,7 @@ CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0, -4.0)  # about a piece that no evaluatio
 
 TRUST = 0.05  # how far from the answer so far is searched, a share of the range
 DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no better answer
-AFAR = 4.0  # shares of the range for each unit by which the answer breaks a constraint, at least
+AFAR = 4.0  # shares of the range that are searched for each unit by which all break a constraint
 FARTHEST = 0.5
 CENTRES = 2  # times that the quadratics are moved to the design that they propose
 SLACK = 10.0  # price of a broken constraint, in log merit
@@ -71,7 +71,8 @@ class Planner:
         places = (memory.designs[row, :count] - low) / span
         told = self.surrogate.told(memory.log_merit[row, :count], memory.constraints[row, :count])
         home = (memory.answer.designs[row] - low) / span
-        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(told))
+        known = told if count else self.surrogate.pieces(point, home[None]).values.max(axis=2)
+        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(known))
         bounds = np.maximum(0.0, home - trust), np.minimum(1.0, home + trust)
         centre, speakers = home, None
         for _ in range(CENTRES):
@@ -160,11 +161,10 @@ def _failures(memory: Memory, row: int) -> int:
     return int(memory.evaluations[row] - memory.improved[row])
 
 
-def _way(told: FloatArray) -> float:
-    """Return how far away something feasible may be, by what evaluations (n, outputs) told."""
-    broken = np.nanmax(np.c_[told[:, 1:], np.zeros(len(told))], axis=1)
-    known = np.where(np.isnan(told[:, 0]), np.inf, broken)
-    return min(FARTHEST, AFAR * float(known.min(initial=np.inf))) if len(told) else 0.0
+def _way(known: FloatArray) -> float:
+    """Return how far something feasible may be from designs with such outputs (n, outputs)."""
+    worst = np.nan_to_num(known[:, 1:], nan=np.inf).max(axis=1, initial=0.0)
+    return min(FARTHEST, AFAR * float(worst.min()))
 
 
 def _at(schedule: tuple[float, ...], count: int) -> float:

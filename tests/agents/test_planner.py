@@ -9,7 +9,9 @@ import pytest
 from scipy.optimize import NonlinearConstraint, minimize
 
 from pkm_gym.agents.belief import Belief, terms
-from pkm_gym.agents.planner import plan
+from pkm_gym.agents.library import designer_for, load_designer
+from pkm_gym.agents.planner import FARTHEST, TRUST, plan
+from pkm_gym.benchmark.splits import load_split
 
 D, T = 3, 10
 
@@ -76,6 +78,29 @@ def test_a_design_that_can_not_be_evaluated_ends_nothing(unfitted):
     problem = unfitted.problem
     wild = replace(unfitted, starts=Corner(problem.low))
     assert np.isfinite(wild.design({}).designs).all()
+
+
+def test_a_start_that_breaks_a_limit_by_far_is_left_by_far():
+    designer = load_designer("DiamondFamily")
+    problem, split = load_split("diamond", "val")
+    row = int(np.flatnonzero(split.solvable)[0])
+    off = split.designs[row] + 0.3 * (problem.high - problem.low) * [1.0, -1.0, 1.0]
+    moves = []
+    for start in (split.designs[row], np.clip(off, problem.low, problem.high)):
+        session = replace(designer, starts=Corner(start)).open(split.tasks[row][None])
+        way = (designer.propose(session)[0] - start) / (problem.high - problem.low)
+        moves.append(np.abs(way).max())
+    assert moves[0] < 1e-2
+    assert TRUST < moves[1] <= FARTHEST
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diamond", "spr3"])
+def test_beyond_the_range_most_answers_are_feasible(name):
+    problem, split = load_split(name, "ood")
+    rows = np.flatnonzero(split.solvable)[:64]
+    found = designer_for(problem).design(split.tasks[rows])
+    assert found.answer.feasible.mean() >= 0.85
 
 
 class Corner:

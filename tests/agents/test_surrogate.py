@@ -30,6 +30,13 @@ def test_the_merit_has_one_piece(surrogate):
     assert (values[0, 0, 1:] == -np.inf).all()
 
 
+def test_errors_are_larger_beyond_the_range(surrogate):
+    inside, edge, beyond = np.full(7, 0.3), np.full(7, -0.6), np.r_[0.7, np.zeros(6)]
+    for point in (inside, edge):
+        np.testing.assert_array_equal(surrogate.errors_at(point), surrogate.errors)
+    assert (surrogate.errors_at(beyond) > 2.0 * surrogate.errors).all()
+
+
 def test_tensors_give_the_same_surrogate(surrogate):
     again = Surrogate.of_tensors(surrogate.problem, surrogate.tensors())
     one, other = (s.pieces(np.zeros(7), np.full((1, 3), 0.4)).values for s in (surrogate, again))

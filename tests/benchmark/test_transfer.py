@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from pkm_gym.benchmark import Evaluator, Interpolation, Spent, load_split
+from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.benchmark.transfer import RUNGS_BEFORE, interpolated, interpolated_cobyqa, neighbours
+from pkm_gym.envs.observation import scaled_tasks
 
 BUDGET = 12
 
@@ -23,6 +25,17 @@ def pool(shipped):
 @pytest.fixture(scope="module")
 def ladder(shipped, pool):
     return Ladder(shipped[0], pool)
+
+
+def test_points_are_an_observations_within_the_range_and_have_no_bend_beyond(shipped, pool):
+    problem, _ = shipped
+    drawn = [variable.drawn for variable in problem.task_variables]
+    seen = scaled_tasks(problem, pool.tasks)[:, drawn]
+    np.testing.assert_array_equal(task_points(problem, pool.tasks), seen)
+    low, high = np.array([(v.low, v.high) for v in problem.task_variables]).T
+    tasks = low + np.array([[0.0], [0.5], [1.0], [1.5], [2.0]]) * (high - low)
+    points = task_points(problem, tasks)
+    np.testing.assert_allclose(points[:, 0], [-0.6, 0.0, 0.6, 1.2, 1.8], atol=1e-12)
 
 
 def test_most_known_tasks_are_given_back_their_optima(shipped, pool):
