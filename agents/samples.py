@@ -59,8 +59,12 @@ def draw(problem: DesignProblem, pool: Pool, k: int, generator: np.random.Genera
     probed = generator.integers(n * k, size=PROBED)
     depends = _depends(problem, places.reshape(-1, d)[probed], every[probed])[kept]
     return Samples(
-        task_points(problem, tasks), places, distances, columns,
-        told[:, kept].reshape(n, k, -1), depends,
+        task_points(problem, tasks),
+        places,
+        distances,
+        columns,
+        told[:, kept].reshape(n, k, -1),
+        depends,
     )
 
 

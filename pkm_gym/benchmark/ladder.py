@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,19 @@ from pkm_gym.envs.observation import FAMILY_EDGE
 # By how much of a constraint the active limits are first tightened, and the share of it that is
 # left at each further rung.
 MARGIN, SHRINK = 2e-4, 0.4
+
+
+class Rung(NamedTuple):
+    """Where the next design is taken from.
+
+    Attributes:
+        point: array (k,), of a task with corrected limits.
+        shift: array (d,), by which its optimum is moved in a box of width 1, for constraints that
+            no field of the task limits.
+    """
+
+    point: FloatArray
+    shift: FloatArray
 
 
 class Ladder:
@@ -53,18 +67,19 @@ class Ladder:
         parts = self._parts(point)
         part = next(parts)
         margin = MARGIN
-        place = self._tightened(task, point, part, margin)
+        rung = self._tightened(task, point, part, margin)
         for _ in range(rungs):
-            design = self.interpolation.in_box(part.designs(place[None]))[0]
+            places = part.designs(rung.point[None]) + rung.shift
+            design = self.interpolation.in_box(places)[0]
             constraints = evaluator.evaluate(design).constraints[0]
             broken = constraints > margin
             if part is not self._plain and (broken & ~part.active).any():
                 part = next(p for p in parts if p is self._plain or not (broken & ~p.active).any())
-                place = self._tightened(task, point, part, MARGIN)
+                rung = self._tightened(task, point, part, MARGIN)
                 continue
             margin *= SHRINK
             for j in np.flatnonzero(broken | part.active).tolist():
-                self._move(place, task, j, constraints[j] + margin)
+                self._move(rung, task, part, j, constraints[j] + margin)
 
     def _parts(self, point: FloatArray) -> Iterator[Part]:
         """Yield the parts, the least doubtful at a point (k,) first, and what holds for all."""
@@ -72,22 +87,24 @@ class Ladder:
         yield from (self.interpolation.parts[at] for at in order)
         yield self._plain
 
-    def _tightened(
-        self, task: FloatArray, point: FloatArray, part: Part, margin: float
-    ) -> FloatArray:
-        """Return the point (k,) of a task whose active limits are tighter by a margin."""
-        place = point.copy()
+    def _tightened(self, task: FloatArray, point: FloatArray, part: Part, margin: float) -> Rung:
+        """Return the rung of a task whose active limits are tighter by a margin."""
+        rung = Rung(point.copy(), np.zeros(len(self.interpolation.problem.low)))
         for j in np.flatnonzero(part.active).tolist():
-            self._move(place, task, j, margin)
-        return place
+            self._move(rung, task, part, j, margin)
+        return rung
 
-    def _move(self, place: FloatArray, task: FloatArray, constraint: int, amount: float) -> None:
-        """Move a point (k,) in place, so that a constraint's limit is tighter by an amount."""
+    def _move(
+        self, rung: Rung, task: FloatArray, part: Part, constraint: int, amount: float
+    ) -> None:
+        """Move a rung in place, so that a constraint's limit is tighter by an amount."""
         field = self.optima.limit_of(constraint)
-        if field is not None:
+        if field is None:
+            rung.shift[:] += amount * self.optima.way(task, constraint, part.active)
+        else:
             width = 2.0 * FAMILY_EDGE  # of the Family's range, among the points
             slope = self.optima.slope(task, constraint)
-            place[self._column[field]] += amount * width / slope
+            rung.point[self._column[field]] += amount * width / slope
 
     def _all_tasks(self, problem: DesignProblem, pool: Pool) -> Part:
         """Return the part of all solvable tasks, whatever limits are active: kinks and all."""

@@ -8,9 +8,12 @@ from scipy.spatial import KDTree
 
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.solve import ACTIVE
+from pkm_gym.core.types import BoolArray, FloatArray
 
 PROBE = 1e-4  # by which share of its range a limit is moved to see which constraints follow
+STEP = 1e-5  # the same of a design
+LEAST = 1e-3  # of the largest singular value: what is smaller is no independent constraint
 
 
 class KnownOptima:
@@ -53,6 +56,33 @@ class KnownOptima:
         """
         slopes = self._slopes[self._limits[constraint]]
         return float(slopes[self._near(task, 1)[0], constraint])
+
+    def way(self, task: FloatArray, constraint: int, active: BoolArray) -> FloatArray:
+        """Return the shortest way (d,) in a box of width 1 that lowers a constraint by 1.
+
+        The other active ones (c,) stay as they are; all this as the slopes at the optimum of the
+        nearest known task have it.
+        """
+        held = active.copy()
+        held[constraint] = True
+        ways = np.linalg.pinv(self._slopes_over_designs(task)[held], rcond=LEAST)
+        own = int(np.flatnonzero(np.flatnonzero(held) == constraint)[0])
+        way: FloatArray = -ways[:, own]
+        return way
+
+    def _slopes_over_designs(self, task: FloatArray) -> FloatArray:
+        """Return the slope of each constraint (c, d) over the box, 0 where a bound is active."""
+        row = self._near(task, 1)
+        low, span = self._problem.low, self._problem.high - self._problem.low
+        place = (self._designs[row] - low) / span
+        steps = STEP * np.eye(len(low))
+        ends = [
+            self._problem.evaluate(low + span * (place + way), self._tasks[row]).constraints
+            for way in (steps, -steps)
+        ]
+        free = (place > ACTIVE) & (place < 1.0 - ACTIVE)
+        slopes: FloatArray = free * (ends[0] - ends[1]).T / (2.0 * STEP)
+        return slopes
 
     def _near(self, task: FloatArray, n: int) -> npt.NDArray[np.intp]:
         n = min(n, len(self._designs))
