@@ -25,9 +25,10 @@ AT_LIMIT = 0.01  # a constraint this far from its limit counts half
 EXACT = 3e-4  # errors below it count by their square, above it by their size
 EXACT_SLOPE = 3e-3
 APART = 2e-3  # the least distance over which a slope is taken
-HARD = 0.5  # share of the updates after which the maximum over pieces is one
-LEAST_SOFTNESS = 1e-3
 WARMING = 0.1  # share of the updates in which the learning rate rises
+SPLITTING, SPLITS = 0.3, 30  # share of the updates in which pieces are split, and how often
+ALONE = 0.99  # share of the inputs of a piece that speaks alone
+TILT = 0.1  # between the two pieces, per deviation of the inputs, at the highest learning rate
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,6 @@ class Settings:
         slopes: weight of the slope between the two samples of a task.
         width: of the two hidden layers.
         pieces: of each constraint.
-        softness: of the maximum over the pieces at first, in deviations of the output: all of them
-            learn then, and none is left out. It hardens over the first half of the updates.
     """
 
     updates: int = 20_000
@@ -51,7 +50,6 @@ class Settings:
     slopes: float = 0.03
     width: int = 64
     pieces: int = 4
-    softness: float = 0.3
 
 
 class Net(nn.Module):
@@ -76,17 +74,17 @@ class Net(nn.Module):
         )
         self.straight = nn.Parameter(0.1 * torch.randn(f, size, pieces))
 
-    def forward(self, inputs: Tensor, softness: float = 0.0) -> Tensor:
+    def forward(self, inputs: Tensor) -> Tensor:
         """Return the outputs (n, f) for standardised inputs (n, size)."""
+        made = self.pieces(inputs)
+        return torch.cat([made[:1, :, 0], made[1:].amax(dim=2)]).T
+
+    def pieces(self, inputs: Tensor) -> Tensor:
+        """Return the pieces (f, n, pieces) for standardised inputs (n, size)."""
         own = inputs * self.depends
         hidden = silu(torch.baddbmm(self.biases[0], own, self.weights[0]))
         hidden = silu(torch.baddbmm(self.biases[1], hidden, self.weights[1]))
-        made = torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
-        if softness:
-            largest = softness * torch.logsumexp(made[1:] / softness, dim=2)
-        else:
-            largest = made[1:].amax(dim=2)
-        return torch.cat([made[:1, :, 0], largest]).T
+        return torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
 
 
 class Fit:
@@ -116,6 +114,8 @@ class Fit:
         depends = np.c_[samples.depends, np.ones((len(samples.depends), d), dtype=bool)]
         self._net = Net(_tensor(depends), settings.width, settings.pieces)
         high, low = settings.learning_rate
+        every = SPLITTING * settings.updates / SPLITS
+        self._splits = {round(every * (i + 1)) for i in range(SPLITS)}
         self._optimiser = torch.optim.Adam(self._net.parameters(), lr=high, betas=(0.9, 0.99))
         self._schedule = torch.optim.lr_scheduler.OneCycleLR(
             self._optimiser, max_lr=high, total_steps=settings.updates + 1, pct_start=WARMING,
@@ -128,7 +128,7 @@ class Fit:
         task = self._learned[self._draw(len(self._learned), half)]
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
         rows = torch.cat([task, task]), torch.cat([first, second])
-        made = self._net(self._inputs[rows], self._softness())
+        made = self._net(self._inputs[rows])
         error = (made - self._told[rows]) * self._scales
         weight = self._weights[rows]
         apart = (self._places[task, first] - self._places[task, second]).norm(dim=1) + APART
@@ -142,6 +142,8 @@ class Fit:
         self._optimiser.step()
         self._schedule.step()
         self.done += 1
+        if self.done in self._splits:
+            self._split(self._inputs[rows])
         return float(loss.detach())
 
     def surrogate(self) -> Surrogate:
@@ -189,9 +191,29 @@ class Fit:
         best: float = state["best"]
         return best
 
-    def _softness(self) -> float:
-        left = 1.0 - self.done / (HARD * self.settings.updates)
-        return self.settings.softness * left if left > LEAST_SOFTNESS else 0.0
+    @torch.no_grad()
+    def _split(self, inputs: Tensor) -> None:
+        """Give each output of which only one piece speaks for the inputs (n, size) a second one.
+
+        A piece that is never the largest learns nothing, and so a kink may never be found. The
+        second piece is the first but for a random slope: each speaks for about half of the inputs.
+        """
+        pieces = self.settings.pieces
+        spoken = nn.functional.one_hot(self._net.pieces(inputs).argmax(dim=2), pieces)
+        for j, share in enumerate(spoken.double().mean(dim=1).tolist()[1:], start=1):
+            one, other = share.index(max(share)), share.index(min(share))
+            if share[one] > ALONE and one != other:
+                self._copy(j, one, other)
+                tilt = torch.randn(inputs.shape[1], generator=self._generator)
+                size = TILT * self._schedule.get_last_lr()[0] / self.settings.learning_rate[0]
+                self._net.straight[j, :, other] += size * tilt * self._net.depends[j, 0]
+
+    def _copy(self, output: int, one: int, other: int) -> None:
+        """Make another piece of an output like one, and what Adam remembers of it."""
+        for layer in (self._net.weights[2], self._net.biases[2], self._net.straight):
+            state = self._optimiser.state[layer]
+            for array in (layer, state["exp_avg"], state["exp_avg_sq"]):
+                array[output, :, other] = array[output, :, one]
 
     def _draw(self, below: int, n: int) -> Tensor:
         return torch.randint(below, (n,), generator=self._generator)

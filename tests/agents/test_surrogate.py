@@ -66,7 +66,7 @@ def fit() -> Fit:
     return Fit(
         problem,
         samples,
-        Settings(updates=40, batch_size=64, width=8, pieces=3, softness=0.3),
+        Settings(updates=40, batch_size=64, width=8, pieces=3),
         seed=0,
     )
 
