@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -62,11 +64,11 @@ def test_what_is_told_is_the_value_without_the_penalty(surrogate):
 @pytest.fixture(scope="module")
 def fit() -> Fit:
     problem, pool = load_split("diamond", "val")
-    samples = draw(problem, pool.first(40), 8, np.random.default_rng(0))
+    samples = draw(problem, pool.first(40), 32, np.random.default_rng(0))
     return Fit(
         problem,
         samples,
-        Settings(updates=40, batch_size=64, width=8, pieces=3),
+        Settings(updates=200, batch_size=64, width=8, pieces=3),
         seed=0,
     )
 
@@ -86,7 +88,7 @@ def test_the_fitted_networks_are_the_surrogates(fit):
     fit.update()
     surrogate, samples = fit.surrogate(), fit.samples
     with torch.no_grad():
-        inputs = np.c_[np.tile(samples.points[3], (8, 1)), samples.places[3]]
+        inputs = np.c_[np.tile(samples.points[3], (32, 1)), samples.places[3]]
         scaled = (inputs - surrogate.middle) / surrogate.spread
         made = fit._net(torch.as_tensor(scaled, dtype=torch.float32)).numpy()
     values = surrogate.pieces(samples.points[3], samples.places[3]).values.max(axis=2)
@@ -98,3 +100,27 @@ def test_fitting_lowers_the_errors(fit):
     while fit.done < fit.settings.updates:
         fit.update()
     assert (fit.surrogate().errors < 0.8 * before).mean() > 0.5
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_a_piece_does_not_speak_alone_where_there_is_a_kink(fit, seed):
+    """Without splitting, seed 3 leaves it at one piece."""
+    aside = fit.samples.places - fit.samples.places.mean(axis=(0, 1))
+    kinked = aside @ [1.0, -2.0, 0.5] + 0.2 * np.abs(aside @ [2.0, 1.0, 0.0])
+    samples = replace(
+        fit.samples,
+        columns=fit.samples.columns[:1],
+        told=np.stack([fit.samples.told[..., 0], kinked], axis=2),
+        depends=fit.samples.depends[:2],
+    )
+    settings = Settings(updates=400, batch_size=256, width=8, pieces=3, learning_rate=(1e-2, 1e-4))
+    own = Fit(fit.problem, samples, settings, seed)
+    while own.done < settings.updates:
+        own.update()
+    surrogate = own.surrogate()
+    loudest = np.concatenate([
+        surrogate.pieces(point, places).values[:, 1].argmax(axis=1)
+        for point, places in zip(samples.points, samples.places, strict=True)
+    ])  # fmt: skip
+    second = np.sort(np.bincount(loudest, minlength=3))[-2]
+    assert second > 0.2 * len(loudest)
