@@ -4,7 +4,6 @@
 PYTHON ?= python3
 VENV ?= .venv
 MECHANISMS ?= diamond spr3 spr3_cylinder
-FAMILIES ?= diamond spr3
 
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
@@ -30,7 +29,7 @@ lint: $(VENV)/.dev
 	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml
 
 benchmark: $(VENV)/.benchmark
-	@for name in $(FAMILIES); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
+	@for name in $(MECHANISMS); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only

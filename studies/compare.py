@@ -118,7 +118,7 @@ def compare(
             progress()
     if agents:
         runs |= called(AGENTS, problem, optimum, seeds, progress)
-    rows += [median(f"{name}, median of {seeds}", found) for name, found in runs.items()]
+    rows += [median(name, found) for name, found in runs.items()]
     if optimum is not None:
         rows.append(optimum)
     return Comparison(problem, rows, runs, verdict(problem))

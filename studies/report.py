@@ -55,7 +55,9 @@ def caption(problem: DesignProblem) -> str:
     for v in problem.all_variables:
         units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
     said = "".join(f"{', '.join(names)} in {unit}; " for unit, names in units.items() if unit)
-    return f"{said}designs: number evaluated; regret: behind the optimum"
+    return (
+        f"{said}designs: number evaluated; regret: behind the optimum, of several runs the median"
+    )
 
 
 def cells(problem: DesignProblem, row: Row) -> list[str]:

@@ -113,9 +113,9 @@ def test_polish_refuses_two_starts(refused):
 def test_compare_prints_and_writes_its_table(run):
     result = run("compare", "diamond", "--evaluations", 10, "--seeds", 1)
     assert result.exit_code == 0, result.output
-    assert "cmaes, median of 1" in result.output
+    assert "\ncmaes " in result.output
     assert json.loads(Path("runs/diamond/compare.json").read_text())["problem"] == "diamond"
-    assert "| tpe, median of 1 |" in Path("runs/diamond/compare.md").read_text()
+    assert "| tpe |" in Path("runs/diamond/compare.md").read_text()
 
 
 def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monkeypatch):
