@@ -12,9 +12,10 @@ import numpy as np
 import typer
 
 from pkm_gym.agents.designer import Designer
-from pkm_gym.agents.library import load_designer
+from pkm_gym.agents.files import read_designer
+from pkm_gym.agents.library import designer_path
 from pkm_gym.agents.models import load_model
-from pkm_gym.benchmark.record import EvaluationLog
+from pkm_gym.benchmark.record import Cost, EvaluationLog
 from pkm_gym.benchmark.run import setting
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.benchmark.standings import standings
@@ -56,21 +57,32 @@ def command(
     Tune on val only; test is for what is published.
     """
     check_known("split", [split], SCORED)
-    designers = [
-        load_model(model, trust=trust, env_id=env, algorithm=algo)
-        if model.endswith(".zip")
-        else load_designer(model)
-        for model in models
-    ]
-    logs = record(designers, split, own_command())
+    designers, costs = [], []
+    for model in models:
+        if model.endswith(".zip"):
+            designers.append(load_model(model, trust=trust, env_id=env, algorithm=algo))
+            costs.append(Cost())
+        else:
+            designer, origin = read_designer(designer_path(model))
+            designers.append(designer)
+            costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
+    logs = record(designers, costs, split, own_command())
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")
     show(console(), standings(logs))
 
 
-def record(designers: Sequence[Designer], split: str, command: str) -> list[EvaluationLog]:
+def record(
+    designers: Sequence[Designer], costs: Sequence[Cost], split: str, command: str
+) -> list[EvaluationLog]:
     """Return the logs of designers of one problem on a split; they count as training seeds.
+
+    Args:
+        designers: trained agents.
+        costs: what training each of them cost.
+        split: which tasks.
+        command: what asked for it.
 
     Raises:
         ValueError: for designers of other problems, or a problem that the benchmark doesn't have.
@@ -78,7 +90,7 @@ def record(designers: Sequence[Designer], split: str, command: str) -> list[Eval
     name = designers[0].problem.name
     problem, tasks = load_split(name, split)
     logs = []
-    for seed, designer in enumerate(designers):
+    for seed, (designer, cost) in enumerate(zip(designers, costs, strict=True)):
         if designer.problem.hash() != problem.hash():
             raise ValueError(f"agent {seed + 1} designs for another problem than {name}'s split")
         how = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
@@ -86,5 +98,5 @@ def record(designers: Sequence[Designer], split: str, command: str) -> list[Eval
         designs = designer.design(tasks.tasks).designs
         seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))
         rows = np.arange(len(tasks), dtype=np.int64)
-        logs.append(EvaluationLog(how, rows, designs, seconds, version("pkm_gym"), command))
+        logs.append(EvaluationLog(how, rows, designs, seconds, version("pkm_gym"), command, cost))
     return logs

@@ -154,6 +154,7 @@ def _equal_duels(champion: Entry, others: Sequence[Entry]) -> Any:
 def _costs(entries: Sequence[Entry]) -> Any:
     heads = ("evaluations", "processor s", "pays after")
     lines = table("method", *heads, numbers=heads)
+    never = "never" if any(e.setting.knowledge == "scratch" for e in entries) else ""
     for entry in entries:
         cost = entry.cost
         if cost.evaluations:
@@ -162,7 +163,7 @@ def _costs(entries: Sequence[Entry]) -> Any:
                 entry.name,
                 f"{cost.evaluations:,}",
                 f"{cost.seconds:,.0f}" if np.isfinite(cost.seconds) else "unknown",
-                "never" if tasks is None else f"{tasks:,.0f} tasks",
+                never if tasks is None else f"{tasks:,.0f} tasks",
             )
     return lines
 
