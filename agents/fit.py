@@ -26,8 +26,9 @@ EXACT = 3e-4  # errors below it count by their square, above it by their size
 EXACT_SLOPE = 3e-3
 APART = 2e-3  # the least distance over which a slope is taken
 WARMING = 0.1  # share of the updates in which the learning rate rises
-SPLITTING, SPLITS = 0.3, 30  # share of the updates in which pieces are split, and how often
+SPLITTING = 0.3  # share of the updates in which pieces are split
 ALONE = 0.99  # share of the inputs of a piece that speaks alone
+LEAST = {"updates": 1, "batch_size": 2, "width": 1, "pieces": 1, "splits": 0}
 TILT = 0.1  # between the two pieces, per deviation of the inputs, at the highest learning rate
 
 
@@ -42,6 +43,7 @@ class Settings:
         slopes: weight of the slope between the two samples of a task.
         width: of the two hidden layers.
         pieces: of each constraint.
+        splits: how often a piece that speaks alone is split, in the first part of the updates.
     """
 
     updates: int = 20_000
@@ -50,6 +52,22 @@ class Settings:
     slopes: float = 0.03
     width: int = 64
     pieces: int = 4
+    splits: int = 30
+
+    def __post_init__(self) -> None:
+        """Refuse illegal settings."""
+        for name, least in LEAST.items():
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= least):
+                raise ValueError(f"{name} is {value!r}: it must be a whole number from {least} on")
+        rates = self.learning_rate
+        pair = isinstance(rates, Sequence) and [type(rate) for rate in rates] == [float, float]
+        if not (pair and rates[0] >= rates[1] > 0.0):
+            raise ValueError(
+                f"learning_rate is {rates!r}: it must be two numbers, the highest and the last"
+            )
+        if not (isinstance(self.slopes, int | float) and self.slopes >= 0.0):
+            raise ValueError(f"slopes is {self.slopes!r}: it must be a number from 0 on")
 
 
 class Net(nn.Module):
@@ -114,8 +132,8 @@ class Fit:
         depends = np.c_[samples.depends, np.ones((len(samples.depends), d), dtype=bool)]
         self._net = Net(_tensor(depends), settings.width, settings.pieces)
         high, low = settings.learning_rate
-        every = SPLITTING * settings.updates / SPLITS
-        self._splits = {round(every * (i + 1)) for i in range(SPLITS)}
+        times = np.linspace(0.0, SPLITTING * settings.updates, settings.splits + 1)[1:]
+        self._splits = set(np.round(times).astype(int).tolist())
         self._optimiser = torch.optim.Adam(self._net.parameters(), lr=high, betas=(0.9, 0.99))
         self._schedule = torch.optim.lr_scheduler.OneCycleLR(
             self._optimiser, max_lr=high, total_steps=settings.updates + 1, pct_start=WARMING,

@@ -15,6 +15,7 @@ from gymnasium.envs.registration import EnvSpec, registry
 from pkm_gym.agents.designer import Centre, Designer, Policy, Starts
 from pkm_gym.agents.files import Origin, write_designer
 from pkm_gym.agents.recipe import Recipe
+from pkm_gym.agents.runs import POOL, VALIDATION
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.scoring import score
 from pkm_gym.benchmark.splits import split_path
@@ -153,9 +154,9 @@ def prepare(
     if recipe.starts == "interpolated":
         assert known is not None
         starts = Interpolation(problem, known)
-        arguments |= {"start": "pool", "pool": str(folder / "pool.npz")}
-        if not (folder / "pool.npz").exists():
-            with_starts(problem, known).save(folder / "pool.npz")
+        arguments |= {"start": "pool", "pool": str(folder / POOL)}
+        if not (folder / POOL).exists():
+            with_starts(problem, known).save(folder / POOL)
     else:
         arguments["start"] = recipe.starts
     env = DesignEnv(**arguments)
@@ -199,7 +200,7 @@ def _split(problem: DesignProblem, split: str) -> Path | None:
 
 def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
     """Return the tasks of the score: those given, or drawn and solved once for the folder."""
-    file = given or folder / "validation.npz"
+    file = given or folder / VALIDATION
     if file.exists() or given:
         return Pool.load(file, env.problem)
     problem = env.problem

@@ -103,7 +103,10 @@ def read_recipe(
     _merge(merged, {name: value for name, value in given.items() if value is not None})
     check_known("setting", merged, [item.name for item in fields(Recipe)])
     allowed = set(inspect.signature(made).parameters) - set(RESERVED)
-    check_known(f"setting of {algorithm}", merged.get("algorithm", {}), allowed)
+    own = merged.get("algorithm", {})
+    check_known(f"setting of {algorithm}", own, allowed)
+    if algorithm not in LEARNERS:
+        made(**own)  # refuses illegal values
     return Recipe(**merged)
 
 

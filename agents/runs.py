@@ -14,6 +14,7 @@ RUN = "run.json"
 CHECKPOINT = "checkpoint.pt"
 BEST = "best.json"
 SCORES = "scores.jsonl"
+POOL, VALIDATION = "pool.npz", "validation.npz"  # made for the run
 LIBRARIES = ("pkm_gym", "stable_baselines3", "sb3_contrib", "torch", "gymnasium", "numpy", "numba")
 
 
@@ -23,7 +24,7 @@ class Run:
 
     Attributes:
         env_id: of the environment.
-        algorithm: "ppo", "sac", "td3" or "tqc".
+        algorithm: "ppo", "sac", "td3", "tqc" or "model".
         seed: of the agent and the environments.
         recipe: the hyperparameters.
         pool: file of solved tasks to learn on.
@@ -42,17 +43,20 @@ class Run:
     command: str = ""
 
     def write(self) -> None:
-        """Write run.json in a new folder.
+        """Write run.json in a new folder, or in that of a run that ended before it kept anything.
 
         Raises:
-            ValueError: if there is one already.
+            ValueError: if there is a run already.
         """
         file = self.folder / RUN
-        if file.exists():
+        if any((self.folder / name).exists() for name in (CHECKPOINT, SCORES, BEST)):
             raise ValueError(
                 f"{str(self.folder)!r} holds a run: go on with --resume, or choose another folder "
                 "with -o"
             )
+        if file.exists():
+            for name in (POOL, VALIDATION):
+                (self.folder / name).unlink(missing_ok=True)
         self.folder.mkdir(parents=True, exist_ok=True)
         content = {**self.settings(), "command": self.command, "versions": versions()}
         file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -61,6 +61,22 @@ def test_what_is_told_is_the_value_without_the_penalty(surrogate):
     np.testing.assert_allclose(scale, scale[0], rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("updates", 0, "updates is 0: it must be a whole number from 1 on"),
+        ("splits", -1, "splits is -1: it must be a whole number from 0 on"),
+        ("width", "abc", "width is 'abc': it must be a whole number from 1 on"),
+        ("learning_rate", 0.1, "learning_rate is 0.1: it must be two numbers"),
+        ("learning_rate", [1e-5, 1e-3], "learning_rate is .*: it must be two numbers"),
+        ("slopes", -1.0, "slopes is -1.0: it must be a number from 0 on"),
+    ],
+)
+def test_an_illegal_setting_is_refused(name, value, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        Settings(**{name: value})
+
+
 @pytest.fixture(scope="module")
 def fit() -> Fit:
     problem, pool = load_split("diamond", "val")

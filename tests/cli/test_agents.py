@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,6 +30,19 @@ def trained(run) -> str:
 @pytest.mark.usefixtures("trained")
 def test_a_finished_run_is_not_overwritten(refused):
     assert "holds a run: go on with --resume" in refused(*TRAIN)
+
+
+def test_a_run_that_never_began_is_started_over(run, refused):
+    family = ("train", "PKM/DiamondFamily-v0", "--algo", "model", "-o", FOLDER)
+    assert "solved tasks need at least" in refused(*family, "--steps", 9)
+    assert Path(FOLDER, "run.json").exists()
+    assert run(*TRAIN).exit_code == 0
+
+
+def test_an_illegal_setting_is_refused_before_there_is_a_folder(refused):
+    family = ("train", "PKM/DiamondFamily-v0", "--algo", "model", "--set", "algorithm.pieces=0")
+    assert "pieces is 0: it must be a whole number from 1 on" in refused(*family, "-o", FOLDER)
+    assert not Path(FOLDER).exists()
 
 
 @pytest.mark.usefixtures("trained")
