@@ -15,7 +15,7 @@ study: $(VENV)/.studies
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym study $$name || exit $$?; done
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" -n auto
 
 test-slow: $(VENV)/.dev
 	$(BIN)/python -m pytest -m slow
