@@ -67,8 +67,7 @@ class KnownOptima:
         held[constraint] = True
         ways = np.linalg.pinv(self._slopes_over_designs(task)[held], rcond=LEAST)
         own = int(np.flatnonzero(np.flatnonzero(held) == constraint)[0])
-        way: FloatArray = -ways[:, own]
-        return way
+        return np.asarray(-ways[:, own], dtype=float)
 
     def _slopes_over_designs(self, task: FloatArray) -> FloatArray:
         """Return the slope of each constraint (c, d) over the box, 0 where a bound is active."""
