@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym.agents.designer import Policy
-from pkm_gym.agents.fit import Fit, Settings
+from pkm_gym.agents.fit import Fit
 from pkm_gym.agents.lessons import Lessons
 from pkm_gym.agents.planner import Planner
 from pkm_gym.agents.runs import CHECKPOINT
 from pkm_gym.agents.samples import draw
+from pkm_gym.agents.settings import Settings
 from pkm_gym.agents.training import Stopped, Training
 
 if TYPE_CHECKING:

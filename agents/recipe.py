@@ -20,7 +20,7 @@ LEARNERS = {
     "td3": "stable_baselines3:TD3",
     "tqc": "sb3_contrib:TQC",
 }
-ALGORITHMS = {**LEARNERS, "model": "pkm_gym.agents.fit:Settings"}
+ALGORITHMS = {**LEARNERS, "model": "pkm_gym.agents.settings:Settings"}
 STARTS = ("centre", "interpolated")
 RESERVED = ("policy", "env", "seed", "device", "verbose", "policy_kwargs", "tensorboard_log")
 

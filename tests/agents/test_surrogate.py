@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from pkm_gym.agents.fit import Fit, Settings
+from pkm_gym.agents.fit import Fit
 from pkm_gym.agents.samples import draw
+from pkm_gym.agents.settings import Settings
 from pkm_gym.agents.surrogate import Surrogate, outputs
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.core.merit import CAP

@@ -1,0 +1,46 @@
+"""Settings: the hyperparameters of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+LEAST = {"updates": 1, "batch_size": 2, "width": 1, "pieces": 1, "splits": 0}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The hyperparameters of a fit.
+
+    Attributes:
+        updates: steps of Adam.
+        batch_size: samples in each, two of every task.
+        learning_rate: its highest and its last value.
+        slopes: weight of the slope between the two samples of a task.
+        width: of the two hidden layers.
+        pieces: of each constraint.
+        splits: how often a piece that speaks alone is split, in the first part of the updates.
+    """
+
+    updates: int = 20_000
+    batch_size: int = 2048
+    learning_rate: Sequence[float] = (4e-3, 4e-6)
+    slopes: float = 0.03
+    width: int = 64
+    pieces: int = 4
+    splits: int = 30
+
+    def __post_init__(self) -> None:
+        """Refuse illegal settings."""
+        for name, least in LEAST.items():
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= least):
+                raise ValueError(f"{name} is {value!r}: it must be a whole number from {least} on")
+        rates = self.learning_rate
+        pair = isinstance(rates, Sequence) and [type(rate) for rate in rates] == [float, float]
+        if not (pair and rates[0] >= rates[1] > 0.0):
+            raise ValueError(
+                f"learning_rate is {rates!r}: it must be two numbers, the highest and the last"
+            )
+        if not (isinstance(self.slopes, int | float) and self.slopes >= 0.0):
+            raise ValueError(f"slopes is {self.slopes!r}: it must be a number from 0 on")
