@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
@@ -65,23 +67,28 @@ class KnownOptima:
         """
         held = active.copy()
         held[constraint] = True
-        ways = np.linalg.pinv(self._slopes_over_designs(task)[held], rcond=LEAST)
+        slopes = self._slopes_over_designs[self._near(task, 1)[0]]
+        ways = np.linalg.pinv(slopes[held], rcond=LEAST)
         own = int(np.flatnonzero(np.flatnonzero(held) == constraint)[0])
         return np.asarray(-ways[:, own], dtype=float)
 
-    def _slopes_over_designs(self, task: FloatArray) -> FloatArray:
-        """Return the slope of each constraint (c, d) over the box, 0 where a bound is active."""
-        row = self._near(task, 1)
+    @cached_property
+    def _slopes_over_designs(self) -> FloatArray:
+        """The slope of each constraint (n, c, d) over the box at the known optima.
+
+        It is 0 where a bound is active.
+        """
         low, span = self._problem.low, self._problem.high - self._problem.low
-        place = (self._designs[row] - low) / span
-        steps = STEP * np.eye(len(low))
-        ends = [
-            self._problem.evaluate(low + span * (place + way), self._tasks[row]).constraints
-            for way in (steps, -steps)
-        ]
-        free = (place > ACTIVE) & (place < 1.0 - ACTIVE)
-        slopes: FloatArray = free * (ends[0] - ends[1]).T / (2.0 * STEP)
-        return slopes
+        places = (self._designs - low) / span
+        slopes = []
+        for step in STEP * np.eye(len(low)):
+            below, above = (
+                self._problem.evaluate(low + span * (places + way), self._tasks).constraints
+                for way in (-step, step)
+            )
+            slopes.append((above - below) / (2.0 * STEP))
+        free = (places > ACTIVE) & (places < 1.0 - ACTIVE)
+        return np.stack(slopes, axis=2) * free[:, None]
 
     def _near(self, task: FloatArray, n: int) -> npt.NDArray[np.intp]:
         n = min(n, len(self._designs))

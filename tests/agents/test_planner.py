@@ -95,12 +95,12 @@ def test_a_start_that_breaks_a_limit_by_far_is_left_by_far():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["diamond", "spr3"])
-def test_beyond_the_range_most_answers_are_feasible(name):
+@pytest.mark.parametrize(("name", "share"), [("diamond", 0.87), ("spr3", 0.98)])
+def test_beyond_the_range_most_answers_are_feasible(name, share):
     problem, split = load_split(name, "ood")
     rows = np.flatnonzero(split.solvable)[:64]
     found = designer_for(problem).design(split.tasks[rows])
-    assert found.answer.feasible.mean() >= 0.85
+    assert found.answer.feasible.mean() >= share
 
 
 class Corner:
