@@ -25,7 +25,6 @@ from pkm_gym.studies.arguments import (
     PictureOption,
     SetOption,
     problem_from,
-    report_all,
 )
 from pkm_gym.studies.evaluate import Report, content, draw, show_report
 from pkm_gym.studies.terminal import BAD, FAINT, console, section, table
@@ -125,7 +124,7 @@ def answer(designer: Designer, task: Task, budget: int | None = None) -> Answere
 
 def _report(answered: Answered, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
-    problem = type(answered.problem)(task=task, **report_all(answered.problem.name))
+    problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
     given = GivenDesign(answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"

@@ -15,9 +15,11 @@ from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, Dimension
+from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Value
+from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import shown
+from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.arguments import (
     DesignOption,
     GivenDesign,
@@ -27,7 +29,6 @@ from pkm_gym.studies.arguments import (
     PictureOption,
     design_from,
     problem_from,
-    report_all,
 )
 from pkm_gym.studies.terminal import BAD, FAINT, GOOD, HEAD, console, listing, section, table
 
@@ -119,7 +120,9 @@ def command(
 
 
 def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    problem = problem_from(name, set_, objective=objective, takes_design=True, **report_all(name))
+    problem = problem_from(
+        name, set_, objective=objective, takes_design=True, **declaration(name).reporting
+    )
     given = design_from(problem, set_)
     return Report(problem, given, problem.evaluate(given.design[None], given.task))
 

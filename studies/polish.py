@@ -171,7 +171,7 @@ def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str,
 
 
 def _gives_design(problem: DesignProblem, set_: Iterable[str] | None) -> bool:
-    names = {variable.name for variable in problem.all_variables} | set(problem.dimension_names)
+    names = {variable.name for variable in problem.all_variables} | set(problem.declared.dimensions)
     return any(text.partition("=")[0].strip() in names for text in set_ or ())
 
 

@@ -15,8 +15,8 @@ from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms import make_problem
-from pkm_gym.studies.arguments import Name, report_all
+from pkm_gym.mechanisms import declaration, make_problem
+from pkm_gym.studies.arguments import Name
 from pkm_gym.studies.terminal import FAINT, console, counter, section, table
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def scatter(found: Validation) -> Figure:
 
 
 def _problem(name: str) -> DesignProblem:
-    problem = make_problem(name, **report_all(name))
+    problem = make_problem(name, **declaration(name).reporting)
     missing = [index for index in INDICES if index not in problem.index_names]
     if missing:
         raise ValueError(f"{name} has no {' and no '.join(missing)} to validate")

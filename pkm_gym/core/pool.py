@@ -14,7 +14,10 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions
 from pkm_gym.core.types import BoolArray, FloatArray
 
-ARRAYS = ("tasks", "starts", "designs", "optima", "active", "solvable")
+ARRAYS = (
+    "tasks", "starts", "designs", "optima", "active", "solvable", "constraints", "values",
+    "certified",
+)  # fmt: skip
 TEXTS = ("hash", "command")
 
 
@@ -29,6 +32,9 @@ class Pool:
         optima: array (n,), the first objective there; NaN if unsolvable.
         active: array (n, c), the constraints that hold the optimum back.
         solvable: array (n,), whether the task has a feasible design.
+        constraints: array (n, c) of the designs.
+        values: array (n,), the first objective of the designs, feasible or not.
+        certified: array (n,), whether searches agree on the optimum; otherwise the best known.
         hash: ``hash()`` of the problem.
         command: what wrote the pool.
     """
@@ -39,6 +45,9 @@ class Pool:
     optima: FloatArray
     active: BoolArray
     solvable: BoolArray
+    constraints: FloatArray
+    values: FloatArray
+    certified: BoolArray
     hash: str
     command: str
 
@@ -62,6 +71,9 @@ class Pool:
             optima=solutions.optima,
             active=solutions.active,
             solvable=solutions.solvable,
+            constraints=solutions.constraints,
+            values=solutions.values,
+            certified=solutions.certified,
             hash=problem.hash(),
             command=command,
         )
@@ -117,7 +129,7 @@ def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
 def _wanted(problem: DesignProblem) -> str:
     return (
         f"expected an npz file with {', '.join(ARRAYS + TEXTS)} of {problem.name} "
-        f"(hash {problem.hash()[:12]}), as Pool.save writes it"
+        f"(hash {problem.hash()[:12]}), as Pool.save writes it (`pkm-gym restamp` renews older files)"
     )
 
 
@@ -130,8 +142,9 @@ def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Itera
         yield f"belongs to another problem (hash {str(content['hash'])[:12]})"
     n = content["tasks"].shape[:1]
     m, d, c = len(problem.task_variables), len(problem.low), len(problem.constraint_names)
-    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n)
-    for name, kind, shape in zip(ARRAYS, (*[float] * 4, bool, bool), shapes, strict=True):
+    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n, (*n, c), n, n)
+    kinds = (*[float] * 4, bool, bool, float, float, bool)
+    for name, kind, shape in zip(ARRAYS, kinds, shapes, strict=True):
         array = content[name]
         if array.dtype != kind or array.shape != shape:
             yield f"has {name} as {array.dtype} of shape {array.shape}, not of shape {shape}"
