@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import Any
 
 from safetensors import SafetensorError
 from safetensors.numpy import load
+
+from pkm_gym.core.files import whole_file
 
 WEIGHTS = ".safetensors"
 CONFIG = ".json"
@@ -45,8 +46,10 @@ def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:
     Each of the two files appears whole or not at all.
     """
     whole = {"format": FORMAT, **config, "sha256": hashlib.sha256(weights).hexdigest()}
-    _write(path.with_suffix(WEIGHTS), weights)
-    _write(path, (json.dumps(whole, indent=2) + "\n").encode())
+    with whole_file(path.with_suffix(WEIGHTS)) as part:
+        part.write_bytes(weights)
+    with whole_file(path) as part:
+        part.write_text(json.dumps(whole, indent=2) + "\n", encoding="utf-8")
 
 
 def read_pair(
@@ -95,13 +98,3 @@ def _read(path: Path, kind: str) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise ValueError(f"can't read the {kind} {str(path)!r}: {error.strerror}") from None
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pkm_gym.agents.runs.recipe import Recipe
+from pkm_gym.core.files import whole_file
 
 RUN = "run.json"
 CHECKPOINT = "checkpoint.pt"
@@ -57,9 +58,9 @@ class Run:
         if file.exists():
             for name in (POOL, VALIDATION):
                 (self.folder / name).unlink(missing_ok=True)
-        self.folder.mkdir(parents=True, exist_ok=True)
         content = {**self.settings(), "command": self.command, "versions": versions()}
-        file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        with whole_file(file) as part:
+            part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
     def check(self) -> None:
         """Refuse to resume a run of other settings.

@@ -70,7 +70,6 @@ def command(
     if out is not None:
         from pkm_gym.plots import save
 
-        out.parent.mkdir(parents=True, exist_ok=True)
         save(error_figure(machine, _finished(scores)), out, dpi=150)
     if as_json:
         print(json.dumps({name: summary(runs) for name, runs in scores.items()}, indent=2))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pkm_gym.core import merit
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.merit import WORST
 from pkm_gym.core.problem import DesignProblem
@@ -79,6 +80,16 @@ class Evaluator:
         """Array (count,), whether every constraint holds, as the method was told."""
         return np.asarray((self._constraints[: self.count] <= 0.0).all(axis=1))
 
+    @property
+    def answer(self) -> FloatArray:
+        """Array (d,), the best feasible design so far; without one that of lowest merit.
+
+        Raises:
+            ValueError: before anything is evaluated.
+        """
+        told = self.values, self.feasible, self.log_merit
+        return self._designs[merit.answer(*told, self.problem.objectives[0].sign)].copy()
+
     def evaluate(self, designs: FloatArray) -> Evaluation:
         """Evaluate a design (d,) or designs (n, d) of the task; each one counts.
 
@@ -129,8 +140,7 @@ class Evaluator:
         table = np.column_stack(list(exact.indices.values()))
         of_value = self._noise * self._noise_generator.standard_normal(len(exact))
         of_limits = self._noise_generator.standard_normal(exact.constraints.shape)
-        worse = 1.0 if self.problem.objectives[0].direction == "minimise" else -1.0
-        table[:, column] *= np.exp(worse * of_value)
+        table[:, column] *= np.exp(self.problem.objectives[0].sign * of_value)
         constraints = exact.constraints + self._noise * of_limits
         return Evaluation(
             self.problem,

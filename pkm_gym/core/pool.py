@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -88,17 +89,10 @@ class Pool:
 
 def write_npz(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
     """Write arrays to an npz file that appears whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, **content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(Path(path)) as part, part.open("wb") as file:
+        np.savez_compressed(file, **content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:

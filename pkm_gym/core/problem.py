@@ -42,6 +42,11 @@ class Objective:
     unit: str
     worst: float
 
+    @property
+    def sign(self) -> float:
+        """+1 where less is better, -1 where more is."""
+        return 1.0 if self.direction == "minimise" else -1.0
+
 
 class Dimension(NamedTuple):
     """A derived dimension with its unit."""

@@ -20,7 +20,7 @@ from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.grid.grid import evaluate_grid
-from pkm_gym.studies.report.rows import Row, markdown, paper_rows, ranking, row_of, verdict
+from pkm_gym.studies.report.rows import Row, markdown, paper_rows, row_of, verdict
 from pkm_gym.studies.search.polish import polish, verified_optimum
 from pkm_gym.studies.search.runner import Runner
 from pkm_gym.studies.search.samplers import called, check_sampler, make_sampler, values_for
@@ -87,7 +87,7 @@ def compare(
     else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
-        known.append(grid.designs[ranking(grid)[:POLISHED]])
+        known.append(grid.designs[grid.ranking()[:POLISHED]])
     rows.append(row_of("polished", polish(problem, np.concatenate(known)), 0, optimum))
     runs: dict[str, list[Row]] = {}
     for sampler in SAMPLERS + (SLOW if full else ()):

@@ -72,14 +72,15 @@ def write_graphs(study: Study, problem: DesignProblem) -> None:
     evaluation = problem.evaluate(designs_of(study, problem))
     number = np.array([trial.number for trial in trials])[evaluation.feasible]
     values = evaluation.objectives[evaluation.feasible].T
-    best = np.minimum if problem.objectives[0].direction == "minimise" else np.maximum
+    sign = problem.objectives[0].sign
+    best = sign * np.minimum.accumulate(sign * values[0])
     designs = {"mode": "markers", "name": "feasible designs", "opacity": 0.5}
     line = {"mode": "lines", "name": "best", "line": {"shape": "hv"}}
     axes = [f"{o.name} [{o.unit}]" if o.unit else o.name for o in problem.objectives]
     title = f"feasible designs: {len(number)} of {len(trials)} trials"
     history = [
         Scatter(x=number, y=values[0], **designs),
-        Scatter(x=number, y=best.accumulate(values[0]), **line),
+        Scatter(x=number, y=best, **line),
     ]
     _save_graph(study, "feasible_designs", history, title, "trial", axes[0])
     if len(axes) > 1:

@@ -14,7 +14,6 @@ from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
 from pkm_gym.studies.grid.designs import STEP, grid_designs, grid_name
-from pkm_gym.studies.report.rows import ranking
 from pkm_gym.studies.search.samplers import constraints_of
 from pkm_gym.studies.storage.storages import (
     artifact_folder,
@@ -39,7 +38,7 @@ def log_best(study: Study, evaluation: Evaluation) -> int:
     space: dict[str, BaseDistribution] = {
         v.name: FloatDistribution(v.low, v.high) for v in problem.variables
     }
-    best = [i for i in ranking(evaluation)[:LOGGED] if evaluation.feasible[i]]
+    best = [i for i in evaluation.ranking()[:LOGGED].tolist() if evaluation.feasible[i]]
     values = trial_values(evaluation)
     study.add_trials(
         create_trial(

@@ -88,7 +88,6 @@ def draw(report: Report, path: Path) -> None:
     """Write the picture of a design."""
     from pkm_gym.plots import design_figure, save
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     save(design_figure(report.problem, report.given.design, report.given.task), path)
 
 

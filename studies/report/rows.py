@@ -116,14 +116,6 @@ def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float
     return float(np.expm1(both.log_merit[0] - both.log_merit[1]))
 
 
-def ranking(evaluation: Evaluation) -> list[int]:
-    """Return the designs' order, best first: the feasible by objective, the others by merit."""
-    sign = 1.0 if evaluation.problem.objectives[0].direction == "minimise" else -1.0
-    value = np.where(evaluation.feasible, sign * evaluation.objectives[:, 0], evaluation.log_merit)
-    order: list[int] = np.lexsort((value, ~evaluation.feasible)).tolist()
-    return order
-
-
 def asks_the_papers_task(problem: DesignProblem) -> bool:
     """Whether the printed design answers the problem: the paper's task, nothing else fixed."""
     design = problem.reference.design

@@ -11,7 +11,6 @@ from optuna import Study
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.grid.designs import grid_designs
-from pkm_gym.studies.report.rows import ranking
 from pkm_gym.studies.search.samplers import called
 from pkm_gym.studies.storage.storages import open_storage
 from pkm_gym.studies.storage.studies import designs_of, load_study
@@ -42,7 +41,7 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
     inside = designs[((designs >= problem.low) & (designs <= problem.high)).all(axis=1)]
     if len(inside) == 0:
         raise ValueError(f"no design of {source!r} lies within the search bounds")
-    return inside[ranking(problem.evaluate(inside))[:WARM_STARTS]]
+    return inside[problem.evaluate(inside).ranking()[:WARM_STARTS]]
 
 
 def enqueue(study: Study, problem: DesignProblem, starts: Sequence[FloatArray]) -> None:

@@ -53,7 +53,6 @@ def command(
     if path is not None:
         from pkm_gym.plots import save
 
-        path.parent.mkdir(parents=True, exist_ok=True)
         save(scatter(found), path, dpi=150)
     if as_json:
         print(json.dumps(_content(found), indent=2))

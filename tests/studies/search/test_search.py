@@ -8,7 +8,6 @@ import pytest
 from optuna.trial import FixedTrial, TrialState
 
 import pkm_gym
-from pkm_gym.studies.report.rows import ranking
 from pkm_gym.studies.search.samplers import MAKERS
 from pkm_gym.studies.search.search import search
 from pkm_gym.studies.storage.studies import designs_of, finished
@@ -157,7 +156,7 @@ def test_a_warm_start_from_a_study_takes_over_its_best_designs_once(searched, di
     for trials in (12, 14):
         found = searched(heavier, trials=trials, name="warm", warm_start=["source"])
     designs = designs_of(source, diamond)
-    best = designs[ranking(heavier.evaluate(designs))[:10]]
+    best = designs[heavier.evaluate(designs).ranking()[:10]]
     np.testing.assert_array_equal(designs_of(found.study, heavier)[:10], best)
     assert len(points(found.study)) == 14
 
