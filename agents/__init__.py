@@ -7,12 +7,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pkm_gym.agents.library import load_designer
-    from pkm_gym.agents.sampler import DesignerSampler
+    from pkm_gym.agents.designers.library import load_designer
+    from pkm_gym.agents.designers.sampler import DesignerSampler
 
 _HOMES = {
-    "DesignerSampler": "pkm_gym.agents.sampler",
-    "load_designer": "pkm_gym.agents.library",
+    "DesignerSampler": "pkm_gym.agents.designers.sampler",
+    "load_designer": "pkm_gym.agents.designers.library",
 }
 
 __all__ = ["DesignerSampler", "load_designer"]

@@ -17,32 +17,59 @@ from typer.core import TyperCommand, TyperGroup
 
 from pkm_gym.core.names import unknown
 
+STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
+
 # verb -> the function that does it, what it does
 VERBS = {
-    "list": ("pkm_gym.studies.catalogue:command", "Show the design problems, or one in full."),
-    "evaluate": ("pkm_gym.studies.evaluate:command", "Evaluate a design of your own."),
-    "study": ("pkm_gym.studies.study:command", "Do grid, search, polish and compare in one go."),
-    "grid": ("pkm_gym.studies.grid:command", "Evaluate the paper's grid, or one of ours."),
-    "search": ("pkm_gym.studies.search:command", "Search the design space with Optuna."),
-    "polish": ("pkm_gym.studies.polish:command", "Refine a design to the optimum near it."),
-    "compare": ("pkm_gym.studies.compare:command", "Compare searches with the paper's optimum."),
-    "dashboard": ("pkm_gym.studies.dashboard:command", "Open the studies in a browser."),
-    "figures": ("pkm_gym.studies.figures:command", "Draw the paper's figures with our model."),
-    "design": ("pkm_gym.agents.design:command", "Have a trained designer answer a task."),
-    "zoo": ("pkm_gym.agents.zoo:command", "List the trained designers that are shipped."),
-    "agent-eval": ("pkm_gym.agents.score:command", "Score trained agents on unseen tasks."),
-    "motion-eval": ("pkm_gym.agents.motion_score:command", "Score who drives a twin on its path."),
-    "train": ("pkm_gym.agents.train:command", "Train an agent that designs, or drives."),
-    "tune": ("pkm_gym.agents.tune:command", "Search an algorithm's hyperparameters."),
-    "twin-check": ("pkm_gym.studies.twin_check:command", "Compare the models with MuJoCo."),
-    "validate": ("pkm_gym.studies.validate:command", "Try torque indices on simulated machines."),
-    "picture": ("pkm_gym.studies.camera:picture", "Photograph a design with MuJoCo."),
-    "movie": ("pkm_gym.studies.camera:movie", "Film a design on the paper's path."),
-    "export": ("pkm_gym.studies.camera:export", "Write a design's MuJoCo model (MJCF)."),
-    "solve-tasks": ("pkm_gym.studies.solve:command", "Draw tasks and solve each to its optimum."),
-    "benchmark": ("pkm_gym.studies.benchmark:command", "Rank methods on tasks with known optima."),
-    "score": ("pkm_gym.studies.standings:command", "Score logs of what a method evaluated."),
-    "splits": ("pkm_gym.studies.splits:command", "Make the benchmark's tasks and their optima."),
+    "list": (f"{STUDIES}.list:command", "Show the design problems, or one in full."),
+    "evaluate": (f"{STUDIES}.evaluate:command", "Evaluate a design of your own."),
+    "study": (
+        f"{STUDIES}.study:command",
+        "Do grid, search, polish and compare in one go.",
+    ),
+    "grid": (f"{STUDIES}.grid:command", "Evaluate the paper's grid, or one of ours."),
+    "search": (f"{STUDIES}.search:command", "Search the design space with Optuna."),
+    "polish": (f"{STUDIES}.polish:command", "Refine a design to the optimum near it."),
+    "compare": (
+        f"{STUDIES}.compare:command",
+        "Compare searches with the paper's optimum.",
+    ),
+    "dashboard": (f"{STUDIES}.dashboard:command", "Open the studies in a browser."),
+    "figures": (f"{STUDIES}.figures:command", "Draw the paper's figures with our model."),
+    "design": (f"{AGENTS}.design:command", "Have a trained designer answer a task."),
+    "zoo": (f"{AGENTS}.zoo:command", "List the trained designers that are shipped."),
+    "agent-eval": (
+        f"{AGENTS}.agent_eval:command",
+        "Score trained agents on unseen tasks.",
+    ),
+    "motion-eval": (
+        f"{AGENTS}.motion_eval:command",
+        "Score who drives a twin on its path.",
+    ),
+    "train": (f"{AGENTS}.train:command", "Train an agent that designs, or drives."),
+    "tune": (f"{AGENTS}.tune:command", "Search an algorithm's hyperparameters."),
+    "twin-check": (f"{STUDIES}.twin_check:command", "Compare the models with MuJoCo."),
+    "validate": (
+        f"{STUDIES}.validate:command",
+        "Try torque indices on simulated machines.",
+    ),
+    "picture": (f"{STUDIES}.picture:command", "Photograph a design with MuJoCo."),
+    "movie": (f"{STUDIES}.movie:command", "Film a design on the paper's path."),
+    "export": (f"{STUDIES}.export:command", "Write a design's MuJoCo model (MJCF)."),
+    "solve-tasks": (
+        f"{STUDIES}.solve_tasks:command",
+        "Draw tasks and solve each to its optimum.",
+    ),
+    "benchmark": (
+        f"{STUDIES}.benchmark:command",
+        "Rank methods on tasks with known optima.",
+    ),
+    "restamp": ("pkm_gym.agents.verbs.restamp:command", "Renew files of an older version."),
+    "score": (f"{STUDIES}.score:command", "Score logs of what a method evaluated."),
+    "splits": (
+        f"{STUDIES}.splits:command",
+        "Make the benchmark's tasks and their optima.",
+    ),
 }
 
 # module -> the extra that brings it

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pkm_gym.core import merit
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.merit import WORST
 from pkm_gym.core.problem import DesignProblem
@@ -78,6 +79,16 @@ class Evaluator:
     def feasible(self) -> BoolArray:
         """Array (count,), whether every constraint holds, as the method was told."""
         return np.asarray((self._constraints[: self.count] <= 0.0).all(axis=1))
+
+    @property
+    def answer(self) -> FloatArray:
+        """Array (d,), the best feasible design so far; without one that of lowest merit.
+
+        Raises:
+            ValueError: before anything is evaluated.
+        """
+        told = self.values, self.feasible, self.log_merit
+        return self._designs[merit.answer(*told, self.problem.objectives[0].sign)].copy()
 
     def evaluate(self, designs: FloatArray) -> Evaluation:
         """Evaluate a design (d,) or designs (n, d) of the task; each one counts.

@@ -42,7 +42,7 @@ class UnitCube:
         self.bounds = Bounds(np.zeros(self.dimensions), np.ones(self.dimensions))
         self._evaluator = evaluator
         self._low, self._high = problem.low, problem.high
-        self._sign = 1.0 if problem.objectives[0].direction == "minimise" else -1.0
+        self._sign = problem.objectives[0].sign
         self._known: dict[bytes, Evaluation] = {}
 
     def point(self, design: FloatArray) -> FloatArray:

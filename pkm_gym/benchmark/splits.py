@@ -8,7 +8,6 @@ the published tables, ``ood`` asks for more than the training range holds. They 
 from __future__ import annotations
 
 import hashlib
-import os
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -143,9 +143,8 @@ def write_manifest(entries: dict[str, Entry], folder: Path = FOLDER) -> None:
             f"evaluations = {entry.evaluations}",
             f"seconds = {entry.seconds:.1f}",
         ]
-    temporary = folder / f".{MANIFEST}.{os.getpid()}"
-    temporary.write_text("\n".join(lines) + "\n")
-    temporary.replace(folder / MANIFEST)
+    with whole_file(folder / MANIFEST) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def sha256(path: Path) -> str:

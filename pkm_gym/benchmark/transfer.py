@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.methods import Search, method
@@ -13,7 +11,6 @@ from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.benchmark.scratch import descend
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.types import FloatArray
 
 RUNGS = 12
 RUNGS_BEFORE = 6  # of COBYQA
@@ -60,13 +57,6 @@ def interpolated_cobyqa(problem: DesignProblem, pool: Pool) -> Search:
     def search(evaluator: Evaluator) -> None:
         ladder.climb(evaluator, RUNGS_BEFORE)
         for radius in RADII:
-            descend(evaluator, answer(evaluator), radius)
+            descend(evaluator, evaluator.answer, radius)
 
     return search
-
-
-def answer(evaluator: Evaluator) -> FloatArray:
-    """Return the best feasible design (d,) so far; without one that of lowest merit."""
-    merit = np.where(evaluator.feasible, evaluator.log_merit, np.inf)
-    best = merit if evaluator.feasible.any() else evaluator.log_merit
-    return evaluator.designs[int(best.argmin())]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core import merit
 from pkm_gym.core.explain import sentences
@@ -138,13 +139,16 @@ class Evaluation:
 
     def best(self) -> int:
         """Return the index of the answer: see ``pkm_gym.core.merit.answer``."""
-        first = self.problem.objectives[0]
-        return merit.answer(
-            self.objectives[:, 0],
-            self.feasible,
-            self.log_merit,
-            minimise=first.direction == "minimise",
-        )
+        return merit.answer(*self._ranked)
+
+    def ranking(self) -> npt.NDArray[np.intp]:
+        """Return the order (n,) of the designs, the answer first."""
+        return merit.ranking(*self._ranked)
+
+    @property
+    def _ranked(self) -> tuple[FloatArray, BoolArray, FloatArray, float]:
+        sign = self.problem.objectives[0].sign
+        return self.objectives[:, 0], self.feasible, self.log_merit, sign
 
     def explain(self, i: int) -> str:
         """Say in words which limits design i breaks, where in the workspace and by how much."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel, own_row
 from pkm_gym.core.limit import INDEX, LIMIT, OWN
@@ -120,20 +121,32 @@ def judge(
         feasible[i] = inside
 
 
-def answer(values: FloatArray, feasible: BoolArray, merit: FloatArray, *, minimise: bool) -> int:
-    """Return which of n designs a search answers with.
+def precedence(
+    values: FloatArray, feasible: BoolArray, log_merit: FloatArray, sign: float
+) -> tuple[BoolArray, FloatArray]:
+    """Return by what designs rank, the smaller first: whether infeasible, then a number.
 
-    The best feasible one by its objective ``values`` (n,); where none is feasible, the one of
-    lowest ``merit`` (n,). An exact penalty may rank a slightly infeasible design first, so the
-    lowest merit alone is never the answer.
+    The feasible ones go by their objective ``values`` (n,), times ``sign``; the others by their
+    ``log_merit`` (n,). An exact penalty may rank a slightly infeasible design first, so the lowest
+    merit alone is never the answer.
+    """
+    return ~feasible, np.where(feasible, sign * values, log_merit)
+
+
+def ranking(
+    values: FloatArray, feasible: BoolArray, log_merit: FloatArray, sign: float
+) -> npt.NDArray[np.intp]:
+    """Return the order (n,) of designs, the answer first: see ``precedence``."""
+    infeasible, number = precedence(values, feasible, log_merit, sign)
+    return np.lexsort((number, infeasible))
+
+
+def answer(values: FloatArray, feasible: BoolArray, log_merit: FloatArray, sign: float) -> int:
+    """Return which of n designs a search answers with: see ``precedence``.
 
     Raises:
         ValueError: if there is no design at all.
     """
     if len(values) == 0:
         raise ValueError("there is no design to choose from: evaluate at least one")
-    if not feasible.any():
-        return int(np.argmin(merit))
-    worst = np.inf if minimise else -np.inf
-    kept = np.where(feasible, values, worst)
-    return int(np.argmin(kept) if minimise else np.argmax(kept))
+    return int(ranking(values, feasible, log_merit, sign)[0])

@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -19,6 +20,9 @@ ARRAYS = (
     "certified",
 )  # fmt: skip
 TEXTS = ("hash", "command")
+
+# Within this share of it an optimum must be what an older file says, for the file to be renewed.
+RENEWED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -98,19 +102,47 @@ class Pool:
         return cls(**values, hash=problem.hash(), command=str(content["command"]))
 
 
+def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: bool) -> Pool:
+    """Return a pool of an older version of a file or of a problem, if its optima still hold.
+
+    Args:
+        path: the file.
+        problem: what it is a pool of.
+        certified: whether an older file that doesn't say so held certified optima only.
+
+    Raises:
+        ValueError: in one sentence, for a file that is no pool of such a problem, or an optimum
+            that the problem evaluates to something else.
+    """
+    content = _read(Path(path), problem)
+    missing = [name for name in (*ARRAYS[:6], "command") if name not in content]
+    if missing:
+        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {_wanted(problem)}")
+    evaluation = problem.evaluate(content["designs"], content["tasks"])
+    values, solvable = evaluation.objectives[:, 0], content["solvable"]
+    kept = np.isclose(values, content["optima"], rtol=RENEWED, atol=0.0) & evaluation.feasible
+    if (solvable & ~kept).any():
+        at = int(np.flatnonzero(solvable & ~kept)[0])
+        raise ValueError(
+            f"{str(path)!r} says that the optimum of its task {at} is {content['optima'][at]!r}, "
+            f"and {problem.name} evaluates it to {values[at]!r}: solve its tasks again"
+        )
+    return Pool(
+        **{name: content[name] for name in ARRAYS[:6]},  # type: ignore[arg-type]  # as they are kept
+        constraints=evaluation.constraints,
+        values=values,
+        certified=content.get("certified", np.full(len(values), certified)),
+        hash=problem.hash(),
+        command=str(content["command"]),
+    )
+
+
 def write_npz(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
     """Write arrays to an npz file that appears whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, **content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(Path(path)) as part, part.open("wb") as file:
+        np.savez_compressed(file, **content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
@@ -129,7 +161,8 @@ def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
 def _wanted(problem: DesignProblem) -> str:
     return (
         f"expected an npz file with {', '.join(ARRAYS + TEXTS)} of {problem.name} "
-        f"(hash {problem.hash()[:12]}), as Pool.save writes it (`pkm-gym restamp` renews older files)"
+        f"(hash {problem.hash()[:12]}), as Pool.save writes it; "
+        "`pkm-gym restamp` renews older files"
     )
 
 

@@ -24,8 +24,7 @@ def trial_values(evaluation: Evaluation) -> FloatArray:
     violation = (excess / (1.0 + excess)).sum(axis=1)
     values = evaluation.objectives.copy()
     for column, objective in enumerate(evaluation.problem.objectives):
-        sign = 1.0 if objective.direction == "minimise" else -1.0
-        penalised = objective.worst + sign * violation
+        penalised = objective.worst + objective.sign * violation
         values[:, column] = np.where(evaluation.feasible, values[:, column], penalised)
     return values
 

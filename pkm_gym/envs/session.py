@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.merit import WORST
+from pkm_gym.core.merit import WORST, precedence
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.rules import Rules
@@ -131,13 +131,14 @@ class Session:
         self.evaluations[rows] += 1
 
     def _answer(self, rows: Rows, evaluation: Evaluation) -> None:
-        known, feasible, values = self.answer, evaluation.feasible, evaluation.objectives[:, 0]
-        known_feasible = known.feasible[rows]
-        sign = 1.0 if self.problem.objectives[0].direction == "minimise" else -1.0
-        by_value = sign * values < sign * known.values[rows]
-        by_merit = evaluation.log_merit < known.log_merit[rows]
-        alike = np.where(feasible, by_value, by_merit)
-        wins = np.where(feasible == known_feasible, alike, feasible)
-        new = Answer(evaluation.designs, values, evaluation.log_merit, feasible)
+        """Take the evaluated designs (k) for answers where they are better."""
+        known, sign = self.answer, self.problem.objectives[0].sign
+        values, log_merit = evaluation.objectives[:, 0], evaluation.log_merit
+        infeasible, number = precedence(values, evaluation.feasible, log_merit, sign)
+        before = known.values[rows], known.feasible[rows], known.log_merit[rows]
+        known_infeasible, known_number = precedence(*before, sign)
+        alike = infeasible == known_infeasible
+        wins = np.where(alike, number < known_number, known_infeasible)
+        new = Answer(evaluation.designs, values, log_merit, evaluation.feasible)
         for array, value in zip(known, new, strict=True):
             array[rows[wins]] = value[wins]

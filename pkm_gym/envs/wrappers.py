@@ -105,9 +105,7 @@ class MultiObjective(gym.Wrapper[Observation, Action, Observation, Action], Reco
         RecordConstructorArgs.__init__(self)
         gym.Wrapper.__init__(self, env)
         problem = self._inner.problem
-        self._signs = np.array(
-            [-1.0 if item.direction == "minimise" else 1.0 for item in problem.objectives]
-        )
+        self._signs = np.array([-item.sign for item in problem.objectives])
         worst = self._signs * [item.worst for item in problem.objectives]
         lowest = (worst - len(problem.constraint_names)).astype(np.float32)
         self.reward_space = spaces.Box(lowest, np.full_like(lowest, np.inf), dtype=np.float32)

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pkm_gym.core.files import whole_file
+
 # What keeps two runs' files the same: no date, no version.
 FORMATS = {
     ".png": {"Software": None},
@@ -43,6 +45,8 @@ def text_width(figure: Figure, text: str, **style: Any) -> float:
 def save(figure: Figure, path: str | Path, *, dpi: float | None = None) -> Path:
     """Write the figure to a .png, .svg or .pdf file, whole or not at all, and return its path.
 
+    Its folder is made.
+
     Raises:
         ValueError: for another extension.
         OSError: where the file can't be written.
@@ -51,11 +55,6 @@ def save(figure: Figure, path: str | Path, *, dpi: float | None = None) -> Path:
     form = path.suffix.lower()
     if form not in FORMATS:
         raise ValueError(f"can't write {str(path)!r}: a picture's name ends in .png, .svg or .pdf")
-    part = path.with_name(f".{path.stem}.{threading.get_ident()}.part{form}")
-    try:
-        with _drawing:
-            figure.savefig(part, format=form[1:], dpi=dpi or "figure", metadata=FORMATS[form])
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path) as part, _drawing:
+        figure.savefig(part, format=form[1:], dpi=dpi or "figure", metadata=FORMATS[form])
     return path

@@ -10,13 +10,13 @@ import pytest
 import torch
 
 import pkm_gym
-from pkm_gym.agents.designer import Centre, Designer
-from pkm_gym.agents.lessons import Lessons, prepare
-from pkm_gym.agents.network import Network
-from pkm_gym.agents.planner import Planner
-from pkm_gym.agents.recipe import read_recipe
-from pkm_gym.agents.runs import Run
-from pkm_gym.agents.surrogate import Surrogate
+from pkm_gym.agents.designers.designer import Centre, Designer
+from pkm_gym.agents.planner.planner import Planner
+from pkm_gym.agents.planner.surrogate import Surrogate
+from pkm_gym.agents.runs.course import Lessons, prepare
+from pkm_gym.agents.runs.recipe import read_recipe
+from pkm_gym.agents.runs.run import Run
+from pkm_gym.agents.sb3.network import Network
 from pkm_gym.envs.observation import observation_layout
 from pkm_gym.envs.rules import Rules
 

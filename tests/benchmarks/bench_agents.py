@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from pkm_gym.agents.adapter import SessionVecEnv
-from pkm_gym.agents.learning import make_model
-from pkm_gym.agents.recipe import read_recipe
-from pkm_gym.agents.runs import Run
+from pkm_gym.agents.runs.recipe import read_recipe
+from pkm_gym.agents.runs.run import Run
+from pkm_gym.agents.sb3.session_env import SessionVecEnv
+from pkm_gym.agents.sb3.trainer import make_model
 from pkm_gym.envs.vector import DesignVectorEnv
 
 ENVS, STEPS = 512, 24

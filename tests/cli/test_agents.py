@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pkm_gym.agents.library import shipped
+from pkm_gym.agents.designers.library import shipped
 from pkm_gym.benchmark.splits import split_path
 
 TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pkm_gym
-from pkm_gym.studies.arguments import design_from, problem_from
+from pkm_gym.studies.cli.arguments import design_from, problem_from
 
 LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
 

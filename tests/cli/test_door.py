@@ -11,7 +11,7 @@ import pytest
 
 import pkm_gym
 from pkm_gym.__main__ import VERBS
-from pkm_gym.studies.arguments import FixOption, Name, SetOption
+from pkm_gym.studies.cli.options import FixOption, Name, SetOption
 
 CHECKOUT = Path(pkm_gym.__file__).parent.parent
 
@@ -72,7 +72,7 @@ def test_running_studies_in_the_checkout_loads_no_second_copy():
         "print('LOADED', *sys.modules)"
     )
     loaded = set(python("-c", code).stdout.partition("LOADED ")[2].split())
-    assert "pkm_gym.studies.catalogue" in loaded
+    assert "pkm_gym.studies.verbs.list" in loaded
     assert {name for name in loaded if name.partition(".")[0] == "studies"} <= {"studies"}
 
 

@@ -9,20 +9,20 @@ import pytest
 
 import pkm_gym
 from pkm_gym.core.pool import ARRAYS, Pool
-from pkm_gym.studies import solve
+from pkm_gym.studies.search import solving
 
 SOLVE = ("solve-tasks", "diamond", "-n", 7, "--seed", 3)
 
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch):
-    monkeypatch.setattr(solve, "CHUNK", 3)
+    monkeypatch.setattr(solving, "CHUNK", 3)
 
 
 @pytest.fixture
 def stop_after(monkeypatch):
     """Have Ctrl-C pressed in the search that follows so many others."""
-    whole = solve.solve_tasks
+    whole = solving.solve_tasks
 
     def stop(chunks):
         calls = iter(range(chunks))
@@ -32,10 +32,10 @@ def stop_after(monkeypatch):
                 raise KeyboardInterrupt
             return whole(*arguments, **options)
 
-        monkeypatch.setattr(solve, "solve_tasks", solve_or_stop)
+        monkeypatch.setattr(solving, "solve_tasks", solve_or_stop)
 
     yield stop
-    monkeypatch.setattr(solve, "solve_tasks", whole)
+    monkeypatch.setattr(solving, "solve_tasks", whole)
 
 
 def load(path, **arguments):
@@ -140,13 +140,13 @@ def test_settings_reach_the_problem_and_the_tasks(run, tmp_path):
 
 
 def test_tasks_that_are_not_certified_are_named(run, monkeypatch):
-    whole = solve.solve_tasks
+    whole = solving.solve_tasks
 
     def doubt(*arguments, **options):
         solutions = whole(*arguments, **options)
         return replace(solutions, certified=np.array([True, False, True])[: len(solutions.tasks)])
 
-    monkeypatch.setattr(solve, "solve_tasks", doubt)
+    monkeypatch.setattr(solving, "solve_tasks", doubt)
     text = " ".join(run("solve-tasks", "diamond", "-n", 6).stdout.split())
     assert "certified 4 66.7 %" in text
     assert "not certified, since two seeds differ by more than 1e-10: tasks 1, 4" in text

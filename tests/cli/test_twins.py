@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import pkm_gym
-from pkm_gym.studies.twin_check import machines
+from pkm_gym.studies.verbs.twin_check import machines
 from pkm_gym.twin import camera
 
 

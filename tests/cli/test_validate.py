@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import rankdata
 
 import pkm_gym
-from pkm_gym.studies.validate import scatter, validate
+from pkm_gym.studies.twins.validation import scatter, validate
 
 
 @pytest.fixture(scope="module")

@@ -80,11 +80,11 @@ def test_log_merit_is_capped_where_something_can_be_evaluated() -> None:
 def test_the_answer_is_the_best_feasible_design_else_the_lowest_merit() -> None:
     values, log_merit = np.array([1.0, 3.0, 2.0]), np.array([0.0, -1.0, 1.0])
     feasible = np.array([False, True, True])
-    assert merit.answer(values, feasible, log_merit, minimise=True) == 2
-    assert merit.answer(values, feasible, log_merit, minimise=False) == 1
-    assert merit.answer(values, ~np.ones(3, dtype=bool), log_merit, minimise=True) == 1
+    assert merit.answer(values, feasible, log_merit, 1.0) == 2
+    assert merit.answer(values, feasible, log_merit, -1.0) == 1
+    assert merit.answer(values, ~np.ones(3, dtype=bool), log_merit, 1.0) == 1
     undefined = np.array([np.nan, 3.0, 2.0])
-    assert merit.answer(undefined, feasible, log_merit, minimise=True) == 2
+    assert merit.answer(undefined, feasible, log_merit, 1.0) == 2
 
 
 # The merit of problems ----------------------------------------------------------------------------

@@ -90,6 +90,11 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(figure, tmp_path, monkey
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_missing_folder_is_an_os_error(figure, tmp_path):
-    with pytest.raises(FileNotFoundError):
-        plots.save(figure, tmp_path / "missing" / "picture.png")
+def test_a_missing_folder_is_made(figure, tmp_path):
+    assert plots.save(figure, tmp_path / "missing" / "picture.png").is_file()
+
+
+def test_a_folder_that_is_a_file_is_an_os_error(figure, tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(OSError, match="taken"):
+        plots.save(figure, tmp_path / "taken" / "picture.png")

@@ -9,8 +9,8 @@ import pytest
 
 import pkm_gym
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.studies.artifacts import Pictures
-from pkm_gym.studies.search import Found, search
+from pkm_gym.studies.dashboard.pictures import Pictures
+from pkm_gym.studies.search.search import Found, search
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import unit_nodes
+from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.diamond.declared import (
     DESIGN,
@@ -95,7 +96,7 @@ def cycle_path(task: DiamondTask) -> tuple[float, float, float, float]:
     return width, task.cycle_lift_ratio * width, task.cycle_time_ratio * time, task.overlap
 
 
-def packed_task(task: DiamondTask) -> Any:
+def packed_task(task: Task) -> Any:
     """Return a task as the record that kernels read."""
     return task.pack().view(TASK)[0]
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.core.files import whole_file
 from pkm_gym.core.sampling import symmetric_cube
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.indices import box_means
@@ -71,12 +72,8 @@ class Envelope:
             raise ValueError(
                 f"can't write {str(path)!r}: an envelope's name ends in {', '.join(FORMATS)}"
             )
-        part = path.with_name(f".{path.stem}.part{path.suffix}")
-        try:
+        with whole_file(path) as part:
             self.mesh().export(part)
-            part.replace(path)
-        finally:
-            part.unlink(missing_ok=True)
         return path
 
     def mesh(self) -> trimesh.Trimesh:

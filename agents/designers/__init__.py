@@ -1,0 +1,1 @@
+"""Designers: trained agents that answer tasks, their files, and those that are shipped."""

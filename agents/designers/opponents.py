@@ -1,0 +1,45 @@
+"""The shipped designers as methods of the benchmark."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pkm_gym.agents.designers.designer import Designer
+from pkm_gym.agents.designers.library import ZOO, designer_for, trained_for
+from pkm_gym.benchmark.evaluator import Evaluator
+from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.benchmark.record import Cost
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.mechanisms import make_problem
+
+ONLY = np.arange(1)
+
+
+def training(name: str) -> Cost:
+    """Return what it cost to train the shipped designer of a problem; its time isn't recorded."""
+    return Cost(trained_for(make_problem(name))[1].steps, np.nan)
+
+
+def files(_name: str) -> list[Path]:
+    """Return the files of the shipped designers."""
+    return sorted(ZOO.glob("*.*"))
+
+
+@method(knowledge="transfer", training=training, files=files)
+def designer(problem: DesignProblem, _pool: Pool) -> Search:
+    """Ask the shipped designer of the problem, until its own budget is spent."""
+    return session_search(designer_for(problem))
+
+
+def session_search(trained: Designer) -> Search:
+    """Return the search that evaluates what a designer proposes."""
+
+    def search(evaluator: Evaluator) -> None:
+        session = trained.open(evaluator.task[None])
+        while session.left[0]:
+            session.record(ONLY, evaluator.evaluate(trained.propose(session)))
+
+    return search

@@ -1,0 +1,45 @@
+"""Trained agents by the benchmark's protocol."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+
+from pkm_gym.agents.designers.designer import Designer
+from pkm_gym.benchmark.record import Cost, EvaluationLog
+from pkm_gym.benchmark.run import setting
+from pkm_gym.benchmark.splits import load_split
+
+SCORED = ("val", "ood", "test")
+
+
+def record(
+    designers: Sequence[Designer], costs: Sequence[Cost], split: str, command: str
+) -> list[EvaluationLog]:
+    """Return the logs of designers of one problem on a split; they count as training seeds.
+
+    Args:
+        designers: trained agents.
+        costs: what training each of them cost.
+        split: which tasks.
+        command: what asked for it.
+
+    Raises:
+        ValueError: for designers of other problems, or a problem that the benchmark doesn't have.
+    """
+    name = designers[0].problem.name
+    problem, tasks = load_split(name, split)
+    logs = []
+    for seed, (designer, cost) in enumerate(zip(designers, costs, strict=True)):
+        if designer.problem.hash() != problem.hash():
+            raise ValueError(f"agent {seed + 1} designs for another problem than {name}'s split")
+        how = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
+        began = time.perf_counter()
+        designs = designer.design(tasks.tasks).designs
+        seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))
+        rows = np.arange(len(tasks), dtype=np.int64)
+        logs.append(EvaluationLog(how, rows, designs, seconds, version("pkm_gym"), command, cost))
+    return logs

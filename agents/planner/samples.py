@@ -1,0 +1,91 @@
+"""Samples: designs evaluated near the optima of solved tasks, for a surrogate to learn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pkm_gym.agents.planner.surrogate import IntArray, outputs
+from pkm_gym.benchmark.interpolation import task_points
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import BoolArray, FloatArray
+
+NEAREST, FARTHEST = 1e-3, 6e-2  # from the optimum, shares of the range; log-uniform between
+BATCH = 100_000  # designs evaluated at once
+WITHIN = 0.02  # a constraint that comes no nearer to its limit holds no optimum back
+SHARE = 1e-3  # of the samples, in which a constraint has to come so near
+ROUNDING = 1e-10
+PROBED = 2000  # samples by which it is seen what depends on what
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What was evaluated, k designs near the optimum of each of n tasks.
+
+    Attributes:
+        points: array (n, m), the tasks.
+        places: array (n, k, d), the designs in the unit cube.
+        distances: array (n, k), from the optimum.
+        columns: array (f - 1,), the constraints that may hold an optimum back.
+        told: array (n, k, f), the log merit without its penalty and those constraints; NaN where
+            the merit is capped.
+        depends: array (f, m), on which fields of the task each of them depends.
+    """
+
+    points: FloatArray
+    places: FloatArray
+    distances: FloatArray
+    columns: IntArray
+    told: FloatArray
+    depends: BoolArray
+
+
+def draw(problem: DesignProblem, pool: Pool, k: int, generator: np.random.Generator) -> Samples:
+    """Evaluate k designs near the optimum of each solvable task of a pool."""
+    low, span = problem.low, problem.high - problem.low
+    tasks, optima = pool.tasks[pool.solvable], (pool.designs[pool.solvable] - low) / span
+    n, d = optima.shape
+    directions = generator.standard_normal((n, k, d))
+    directions /= np.linalg.norm(directions, axis=2, keepdims=True)
+    distances = np.exp(generator.uniform(np.log(NEAREST), np.log(FARTHEST), (n, k)))
+    places = np.clip(optima[:, None] + distances[..., None] * directions, 0.0, 1.0)
+    every = np.repeat(tasks, k, axis=0)
+    told = _told(problem, places.reshape(-1, d), every)
+    near = np.nanquantile(told[:, 1:], 1.0 - SHARE, axis=0) > -WITHIN
+    columns = np.flatnonzero(near)
+    kept = np.r_[0, 1 + columns]
+    probed = generator.integers(n * k, size=PROBED)
+    depends = _depends(problem, places.reshape(-1, d)[probed], every[probed])[kept]
+    return Samples(
+        task_points(problem, tasks),
+        places,
+        distances,
+        columns,
+        told[:, kept].reshape(n, k, -1),
+        depends,
+    )
+
+
+def _told(problem: DesignProblem, places: FloatArray, tasks: FloatArray) -> FloatArray:
+    """Return the outputs (n, 1 + c) at places (n, d) for packed tasks (n, m)."""
+    designs = problem.low + (problem.high - problem.low) * places
+    told = []
+    for at in range(0, len(designs), BATCH):
+        made = problem.evaluate(designs[at : at + BATCH], tasks[at : at + BATCH])
+        told.append(outputs(problem, made.log_merit, made.constraints))
+    return np.concatenate(told)
+
+
+def _depends(problem: DesignProblem, places: FloatArray, tasks: FloatArray) -> BoolArray:
+    """Return which outputs (1 + c, m) change when a drawn field of the task is mirrored."""
+    before = _told(problem, places, tasks)
+    changes = []
+    for i, variable in enumerate(problem.task_variables):
+        if variable.drawn:
+            mirrored = tasks.copy()
+            mirrored[:, i] = variable.low + variable.high - tasks[:, i]
+            change = np.abs(_told(problem, places, mirrored) - before)
+            changes.append(np.nan_to_num(change).max(axis=0) > ROUNDING)
+    return np.array(changes).T

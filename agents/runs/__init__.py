@@ -1,0 +1,1 @@
+"""Training runs: recipes, folders, files, and what a run is trained and scored on."""

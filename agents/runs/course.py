@@ -1,0 +1,185 @@
+"""Lessons: the sessions that an agent learns on, and the tasks that it is scored on."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pkm_gym.agents.designers.designer import Centre, Designer, Policy, Starts
+from pkm_gym.agents.designers.files import write_designer
+from pkm_gym.agents.runs.environments import find_spec
+from pkm_gym.agents.runs.files import Origin
+from pkm_gym.agents.runs.recipe import Recipe
+from pkm_gym.agents.runs.run import POOL, VALIDATION
+from pkm_gym.benchmark.interpolation import Interpolation
+from pkm_gym.benchmark.scoring import score
+from pkm_gym.benchmark.splits import split_path
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import solve_tasks
+from pkm_gym.core.types import FloatArray
+from pkm_gym.envs.design import DesignEnv
+from pkm_gym.envs.vector import DesignVectorEnv
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import VecEnv
+
+
+FOLDS = 8
+VALIDATION_TASKS = 64  # drawn and solved where no file of them is given
+VALIDATION_SEED = 1
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """What a run trains and scores its agent on.
+
+    Attributes:
+        arguments: of ``DesignVectorEnv``.
+        env: one environment of those arguments.
+        starts: where the agent's sessions start on a task of its own.
+        pool: solved tasks to learn on, None where there are none.
+        tasks: array (n, m), the tasks of the score.
+        optima: array (n,), the log merit of their optima.
+    """
+
+    arguments: Mapping[str, Any]
+    env: DesignEnv
+    starts: Starts
+    pool: Pool | None
+    tasks: FloatArray
+    optima: FloatArray
+
+    @property
+    def problem(self) -> DesignProblem:
+        """The design problem."""
+        return self.env.problem
+
+    @property
+    def problem_arguments(self) -> dict[str, Any]:
+        """The arguments that the problem was made with, beside its name."""
+        own = set(inspect.signature(DesignEnv.__init__).parameters)
+        return {name: value for name, value in self.arguments.items() if name not in own}
+
+    @property
+    def goal(self) -> str:
+        """What the agent is scored on."""
+        return f"{len(self.tasks)} validation tasks"
+
+    def vec_env(self, n: int) -> VecEnv:
+        """Return n sessions as Stable-Baselines3 wants them."""
+        from pkm_gym.agents.sb3.session_env import SessionVecEnv
+
+        return SessionVecEnv(self.sessions(n))
+
+    def designer(self, policy: Policy) -> Designer:
+        """Return the designer that a policy makes."""
+        return Designer(self.problem, self.env.rules, policy, self.starts)
+
+    def score(self, policy: Policy) -> float:
+        """Return the benchmark's score of a policy."""
+        return score(self.designer(policy).design(self.tasks).regrets(self.optima))
+
+    def write(self, policy: Policy, path: Path, origin: Origin) -> None:
+        """Write a policy as a designer."""
+        write_designer(self.designer(policy), path, origin, self.problem_arguments)
+
+    def sessions(self, n: int) -> DesignVectorEnv:
+        """Return n sessions to learn on."""
+        return DesignVectorEnv(num_envs=n, **{"infos": False, **self.arguments})
+
+
+def prepare(
+    env_id: str, recipe: Recipe, folder: Path, *, pool: Path | None, validation: Path | None
+) -> Lessons:
+    """Return the lessons of a run; what they need beside its files is written to its folder.
+
+    Args:
+        env_id: of the environment.
+        recipe: of the run.
+        folder: of the run.
+        pool: file of solved tasks to learn on, as ``pkm-gym solve-tasks`` writes it; None: the
+            benchmark's training tasks, if they are needed.
+        validation: file of solved tasks to be scored on; None: the benchmark's, or else tasks that
+            are drawn and solved now.
+
+    Raises:
+        ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
+    """
+    arguments = {**find_spec(env_id).kwargs, **recipe.environment}
+    problem = _problem(arguments)
+    needed = recipe.starts == "interpolated" or arguments.get("reward") == "regret"
+    if pool is None and needed and arguments.get("family"):
+        pool = _split(problem, "train")
+        if pool is None:
+            raise ValueError(f"{env_id} needs solved tasks to learn on: give --pool FILE.npz")
+    if pool is not None:
+        arguments["pool"] = str(pool)
+    known = Pool.load(pool, problem) if pool is not None else None
+    starts: Starts | None = None
+    if recipe.starts == "interpolated":
+        assert known is not None
+        starts = Interpolation(problem, known)
+        arguments |= {"start": "pool", "pool": str(folder / POOL)}
+        if not (folder / POOL).exists():
+            with_starts(problem, known).save(folder / POOL)
+    else:
+        arguments["start"] = recipe.starts
+    env = DesignEnv(**arguments)
+    if validation is None and env.opening.family:
+        validation = _split(problem, "val")
+    scored = _validation(env, folder, validation)
+    kept = scored.solvable
+    optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
+    own = starts or Centre(env.problem)
+    return Lessons(arguments, env, own, known, scored.tasks[kept], optima)
+
+
+def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
+    """Return a pool whose tasks start at designs interpolated from the other seven eighths."""
+    starts = pool.starts.copy()
+    rows = np.flatnonzero(pool.solvable)
+    for fold in range(FOLDS):
+        own = np.arange(len(rows)) % FOLDS == fold
+        others = _some(pool, rows[~own])
+        starts[rows[own]] = Interpolation(problem, others).designs(pool.tasks[rows[own]])
+    return replace(pool, starts=starts)
+
+
+def _some(pool: Pool, rows: np.ndarray[Any, np.dtype[np.intp]]) -> Pool:
+    names = ("tasks", "starts", "designs", "optima", "active", "solvable")
+    return replace(pool, **{name: getattr(pool, name)[rows] for name in names})
+
+
+def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
+    """Return the problem of an environment's arguments, before its pool is at hand."""
+    plain = {k: v for k, v in arguments.items() if k not in ("pool", "start", "reward")}
+    return DesignEnv(**plain).problem
+
+
+def _split(problem: DesignProblem, split: str) -> Path | None:
+    """Return the benchmark's file of a split, None where it has none of just this problem."""
+    path = split_path(problem.name, split)
+    plain = problem.hash() == type(problem)().hash()
+    return path if plain and path.exists() else None
+
+
+def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
+    """Return the tasks of the score: those given, or drawn and solved once for the folder."""
+    file = given or folder / VALIDATION
+    if file.exists() or given:
+        return Pool.load(file, env.problem)
+    problem = env.problem
+    if env.opening.family:
+        tasks = problem.draw_tasks(VALIDATION_TASKS, np.random.default_rng(VALIDATION_SEED))
+    else:
+        tasks = problem.pack(None)[None]
+    solved = solve_tasks(problem, tasks)
+    pool = Pool.from_solutions(solved, solved.designs, problem, "pkm-gym train")
+    pool.save(file)
+    return pool

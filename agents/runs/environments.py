@@ -1,0 +1,39 @@
+"""The environments that agents are trained in, by id."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from gymnasium.envs.registration import EnvSpec, registry
+
+from pkm_gym.core.names import unknown
+from pkm_gym.envs.design import DesignEnv
+
+
+def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
+    """Return the specification of a design environment; ``module:ID`` imports the module first.
+
+    With ``motion``, a motion environment will do as well.
+
+    Raises:
+        ValueError: for an id that is unknown, with its closest match, or no design environment.
+    """
+    module, colon, name = env_id.rpartition(":")
+    if colon:
+        import_module(module)
+    if name not in registry:
+        known = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
+        raise ValueError(unknown("environment", name, known))
+    spec = registry[name]
+    if not (_is_design(spec) or (motion and is_motion(spec))):
+        raise ValueError(f"{name} is no design environment: its entry point must be DesignEnv")
+    return spec
+
+
+def _is_design(spec: EnvSpec) -> bool:
+    return spec.entry_point in ("pkm_gym.envs.design:DesignEnv", DesignEnv)
+
+
+def is_motion(spec: EnvSpec) -> bool:
+    """Return whether an environment drives a twin."""
+    return spec.entry_point == "pkm_gym.envs.motion:MotionEnv"

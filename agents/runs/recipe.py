@@ -1,0 +1,147 @@
+"""Recipe: the hyperparameters of a training run, from TOML files and the command line."""
+
+from __future__ import annotations
+
+import inspect
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pkm_gym.agents.sb3.network import ACTIVATIONS
+from pkm_gym.core.names import check_known, unknown
+
+LEARNERS = {
+    "ppo": "stable_baselines3:PPO",
+    "sac": "stable_baselines3:SAC",
+    "td3": "stable_baselines3:TD3",
+    "tqc": "sb3_contrib:TQC",
+}
+ALGORITHMS = {**LEARNERS, "model": "pkm_gym.agents.planner.settings:Settings"}
+STARTS = ("centre", "interpolated")
+RESERVED = ("policy", "env", "seed", "device", "verbose", "policy_kwargs", "tensorboard_log")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a run is made of.
+
+    Attributes:
+        steps: evaluations of designs in all.
+        envs: sessions side by side.
+        checkpoints: how often the state is kept and the agent is scored.
+        starts: where sessions start: at the "centre" or "interpolated" between the pool's optima.
+        algorithm: arguments of the algorithm's class in SB3.
+        policy: ``net_arch``, ``activation`` and other ``policy_kwargs``.
+        environment: arguments of ``DesignEnv``.
+    """
+
+    steps: int
+    envs: int
+    checkpoints: int = 20
+    starts: str = "centre"
+    algorithm: dict[str, Any] = field(default_factory=dict)
+    policy: dict[str, Any] = field(default_factory=dict)
+    environment: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse illegal values.
+
+        Raises:
+            ValueError: naming the key, its value and what is allowed.
+        """
+        for name in ("steps", "envs", "checkpoints"):
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                raise ValueError(f"{name} is {value!r}: it must be a whole number of at least 1")
+        check_known("starts", [self.starts], STARTS)
+        check_known("activation", [self.policy.get("activation", "relu")], ACTIVATIONS)
+
+
+def algorithm_class(algorithm: str) -> Any:
+    """Return the class of an algorithm.
+
+    Raises:
+        ValueError: for an unknown one, with its closest match.
+    """
+    check_known("algorithm", [algorithm], ALGORITHMS)
+    module, _, name = ALGORITHMS[algorithm].partition(":")
+    return getattr(import_module(module), name)
+
+
+def read_recipe(
+    algorithm: str,
+    env_id: str,
+    *,
+    file: Path | None = None,
+    settings: Iterable[str] = (),
+    **given: Any,
+) -> Recipe:
+    """Return the recipe of an algorithm for an environment.
+
+    Args:
+        algorithm: one of ``ALGORITHMS``.
+        env_id: its block changes the file's default block.
+        file: hyperparameters instead of those that are shipped.
+        settings: ``KEY=VALUE`` that change them, such as ``algorithm.gamma=0.9``.
+        given: top-level values that change them; None leaves one as it is.
+
+    Raises:
+        ValueError: for an unreadable file, an unknown key (with its closest match) or an illegal
+            value.
+    """
+    made = algorithm_class(algorithm)
+    content = _content(algorithm, file)
+    merged: dict[str, Any] = {}
+    for block in (content.get("default", {}), content.get(env_id, {})):
+        _merge(merged, block)
+    for setting in settings:
+        _merge(merged, _nested(setting))
+    _merge(merged, {name: value for name, value in given.items() if value is not None})
+    check_known("setting", merged, [item.name for item in fields(Recipe)])
+    allowed = set(inspect.signature(made).parameters) - set(RESERVED)
+    own = merged.get("algorithm", {})
+    check_known(f"setting of {algorithm}", own, allowed)
+    if algorithm not in LEARNERS:
+        made(**own)  # refuses illegal values
+    return Recipe(**merged)
+
+
+def _content(algorithm: str, file: Path | None) -> dict[str, Any]:
+    if file is None:
+        text = files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml").read_text("utf-8")
+        return tomllib.loads(text)
+    try:
+        return tomllib.loads(file.read_text("utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{str(file)!r} is no TOML file: {error}") from None
+
+
+def _merge(into: dict[str, Any], block: Mapping[str, Any]) -> None:
+    for name, value in block.items():
+        if isinstance(value, Mapping):
+            _merge(into.setdefault(name, {}), value)
+        else:
+            into[name] = value
+
+
+def _nested(setting: str) -> dict[str, Any]:
+    """Return ``algorithm.gamma=0.9`` as {"algorithm": {"gamma": 0.9}}."""
+    key, equals, text = (part.strip() for part in setting.partition("="))
+    if not (key and equals and text):
+        raise ValueError(f"--set {setting} says no value: write --set {key or 'KEY'}=VALUE")
+    groups = [item.name for item in fields(Recipe)]
+    first = key.partition(".")[0]
+    if first not in groups:
+        raise ValueError(unknown("setting", first, groups))
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text
+    for name in reversed(key.split(".")):
+        value = {name: value}
+    nested: dict[str, Any] = value
+    return nested

@@ -1,0 +1,1 @@
+"""The verbs of ``pkm-gym`` that agents bring, a file each."""

@@ -1,0 +1,66 @@
+"""``pkm-gym agent-eval``: trained agents by the benchmark's protocol."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from pkm_gym.agents.designers.files import read_designer
+from pkm_gym.agents.designers.library import designer_path
+from pkm_gym.agents.designers.scoring import SCORED, record
+from pkm_gym.agents.sb3.models import load_model
+from pkm_gym.benchmark.record import Cost
+from pkm_gym.benchmark.standings import standings
+from pkm_gym.core.names import check_known
+from pkm_gym.studies.benchmark.tables import show
+from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.terminal import console
+
+
+def command(
+    models: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="MODEL ...",
+            help="A shipped designer's name, a run's folder, a .json file, or with --trust an "
+            "SB3 .zip. Several count as training seeds of one designer.",
+        ),
+    ],
+    split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FOLDER", help="Keep the logs there, for `pkm-gym score`."
+        ),
+    ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
+    ] = False,
+    env: Annotated[
+        str | None,
+        typer.Option(metavar="ENV", help="Where a .zip was trained.", show_default=False),
+    ] = None,
+    algo: Annotated[str, typer.Option(metavar="ALGORITHM", help="What trained a .zip.")] = "ppo",
+) -> None:
+    """Score trained agents on tasks that they never saw.
+
+    Tune on val only; test is for what is published.
+    """
+    check_known("split", [split], SCORED)
+    designers, costs = [], []
+    for model in models:
+        if model.endswith(".zip"):
+            designers.append(load_model(model, trust=trust, env_id=env, algorithm=algo))
+            costs.append(Cost())
+        else:
+            designer, origin = read_designer(designer_path(model))
+            designers.append(designer)
+            costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
+    logs = record(designers, costs, split, own_command())
+    if output:
+        for log in logs:
+            log.save(output / f"designer-{log.setting.seed}.npz")
+    show(console(), standings(logs))

@@ -1,0 +1,166 @@
+"""``pkm-gym design``: a trained designer answers a task with dimensions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pkm_gym.agents.designers.designer import Designer, Designs
+from pkm_gym.agents.designers.library import designer_for, load_designer
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import polish
+from pkm_gym.core.task import Task
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
+from pkm_gym.studies.cli.options import JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
+from pkm_gym.studies.report.design import Report, content, draw, show_report
+
+
+@dataclass(frozen=True)
+class Answered:
+    """What a designer did for one task, and what a local polish of its answer finds.
+
+    Attributes:
+        designer: who answered.
+        designs: what it evaluated.
+        polished: array (d,), the local optimum near its answer.
+    """
+
+    designer: Designer
+    designs: Designs
+    polished: FloatArray
+
+    @property
+    def problem(self) -> DesignProblem:
+        """The problem that the designer was trained for."""
+        return self.designer.problem
+
+    @property
+    def design(self) -> FloatArray:
+        """Array (d,), the answer."""
+        answer: FloatArray = self.designs.answer.designs[0]
+        return answer
+
+    @property
+    def move(self) -> float:
+        """How far the polish moved the answer, the largest share of a variable's range."""
+        span = self.problem.high - self.problem.low
+        return float(np.max(np.abs(self.polished - self.design) / span))
+
+    @property
+    def gain(self) -> float:
+        """By how much the polish lowered the log merit."""
+        both = np.array([self.design, self.polished])
+        before, after = self.problem.evaluate(both, self.designs.tasks).log_merit
+        return float(before - after)
+
+
+def command(
+    name: Name,
+    set_: SetOption = None,
+    budget: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Evaluations it may use; as many as it was trained with if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE|FOLDER",
+            help="Another designer: see `pkm-gym zoo`, or the folder of a training run.",
+            show_default=False,
+        ),
+    ] = None,
+    picture: PictureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Have a trained designer answer a task with dimensions, in a handful of evaluations.
+
+    Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
+    """
+    problem = problem_from(name, set_)
+    designer = load_designer(model) if model else designer_for(problem)
+    if designer.problem.hash() != problem.hash():
+        raise ValueError(f"{model!r} is a designer of another problem than {name} as it is set")
+    answered = answer(designer, problem.task, budget)
+    report = _report(answered, problem.task)
+    if picture is None and not as_json:
+        picture = Path("runs") / name / "design.png"
+    if picture is not None:
+        draw(report, picture)
+    if as_json:
+        print(json.dumps(content(report) | _content(answered), indent=2))
+        return
+    screen = console()
+    show_report(screen, report)
+    _show(screen, answered)
+    screen.print(f"\npicture: {picture}", soft_wrap=True)
+
+
+def answer(designer: Designer, task: Task, budget: int | None = None) -> Answered:
+    """Return a designer's answer to a task, and the local optimum near it."""
+    designs = designer.design(task, budget)
+    polished = polish(designer.problem, designs.answer.designs, designs.tasks)[0]
+    return Answered(designer, designs, polished)
+
+
+def _report(answered: Answered, task: Task) -> Report:
+    """Return the report of the answer, with all indices that the mechanism has."""
+    problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
+    count = answered.designs.designs.shape[1]
+    given = GivenDesign(answered.design, task, _outside(task))
+    title = f"the answer of a trained designer after {count} evaluations"
+    return Report(problem, given, problem.evaluate(answered.design[None], task), title)
+
+
+def _outside(task: Task) -> tuple[str, ...]:
+    """Say which fields lie outside what a designer is trained on."""
+    outside = [
+        item.name
+        for item in task.variables()
+        if not item.low <= getattr(task, item.name) <= item.high
+    ]
+    if not outside:
+        return ()
+    return (f"it was not trained on such {', '.join(outside)}: the answer may be far from optimal",)
+
+
+def _show(screen: Console, answered: Answered) -> None:
+    problem, designs = answered.problem, answered.designs
+    heads = [f"{v.name} {v.unit}".rstrip() for v in problem.variables]
+    rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
+    for i, design in enumerate(designs.designs[0]):
+        feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
+        numbers = [f"{value:.6f}" for value in (*design, designs.merit[0, i])]
+        rows.add_row(f"{i + 1}", *numbers, feasible)
+    screen.print(section("Its session"))
+    screen.print(rows)
+    screen.print(
+        f"a local polish moved the answer by {answered.move:.2g} of the range and improved "
+        f"{problem.objectives[0].name} by {100.0 * answered.gain:.2g} %",
+        style=FAINT,
+    )
+
+
+def _content(answered: Answered) -> dict[str, Any]:
+    designs = answered.designs
+    return {
+        "session": {
+            "designs": designs.designs[0].tolist(),
+            "merit": designs.merit[0].tolist(),
+            "feasible": designs.feasible[0].tolist(),
+        },
+        "polish": {"move": answered.move, "log_merit_gain": answered.gain},
+    }

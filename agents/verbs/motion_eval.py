@@ -1,0 +1,144 @@
+"""``pkm-gym motion-eval``: baselines and trained agents on the path of a twin."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from pkm_gym.agents.runs.environments import find_spec, is_motion
+from pkm_gym.agents.sb3.motion import load_driver
+from pkm_gym.envs.baselines import BASELINES, Controller, Run, run
+from pkm_gym.envs.motion import MotionEnv
+from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
+from pkm_gym.twin.check import random_designs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Scores = dict[str, list[Run]]
+
+
+def command(
+    env: Annotated[
+        str, typer.Argument(metavar="ENV", help="Id of a motion environment: PKM/DiamondMotion-v0.")
+    ],
+    models: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="MODEL ...", help="Folders of training runs, or .json files."),
+    ] = None,
+    designs: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Random feasible designs, after the printed.")
+    ] = 0,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the random designs.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FILE", help="Draw the errors of those that finish the path."
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Let baselines and trained agents drive a twin along its path, and score them.
+
+    The printed design is driven once by each; with --designs, random feasible ones too, and the
+    table shows the mean of the rewards and the worst of the errors.
+
+    Example: pkm-gym motion-eval PKM/DiamondMotion-v0 runs/agents/DiamondMotion-v0-ppo-0
+    """
+    spec = find_spec(env, motion=True)
+    if not is_motion(spec):
+        raise ValueError(f"{spec.id} is no motion environment: nothing moves in it")
+    machine = MotionEnv(**spec.kwargs)
+    controllers = _controllers(machine, models or [])
+    chosen = [machine.problem.printed_design()]
+    if designs:
+        chosen += list(random_designs(machine.problem, designs, seed))
+    scores: Scores = {}
+    with counter(console(), "runs") as bar:
+        line = bar.add_task("", total=len(controllers) * len(chosen))
+        for name, controller in controllers.items():
+            bar.update(line, description=name)
+            scores[name] = []
+            for k, design in enumerate(chosen):
+                options = {"design": design}
+                scores[name].append(run(machine, controller, seed=k, options=options))
+                bar.advance(line)
+    if out is not None:
+        from pkm_gym.plots import save
+
+        save(error_figure(machine, _finished(scores)), out, dpi=150)
+    if as_json:
+        print(json.dumps({name: summary(runs) for name, runs in scores.items()}, indent=2))
+    else:
+        _show(scores, out)
+
+
+def summary(runs: list[Run]) -> dict[str, Any]:
+    """Return the mean reward and the worst errors (m) and share of the limit of some runs."""
+    return {
+        "finished": sum(one.reason == "finished" for one in runs),
+        "runs": len(runs),
+        "mean_reward": float(np.mean([one.mean_reward for one in runs])),
+        "rms_error": max(one.rms for one in runs),
+        "peak_error": max(float(one.errors.max()) for one in runs),
+        "peak_share": max(float(np.abs(one.shares).max()) for one in runs),
+        "reasons": sorted({one.reason for one in runs}),
+    }
+
+
+def error_figure(env: MotionEnv, runs: dict[str, Run]) -> Figure:
+    """Draw the tool's distance from the path over time, of runs by name."""
+    from pkm_gym import plots
+
+    figure = plots.new_figure(8.0, 3.6)
+    plots.headline(
+        figure,
+        "How far the tool is from the path",
+        f"{env.problem.name}, printed design; each controller acts through the environment",
+    )
+    axes = plots.panel(figure, (0.085, 0.135, 0.69, 0.69), x="time (s)", y="error (mm)")
+    for name, one in runs.items():
+        times = env.rig.dt * np.arange(1, len(one.errors) + 1)
+        axes.plot(times, 1e3 * one.errors, lw=1.2, label=name)
+    axes.set_yscale("log")
+    axes.axhline(1.0, color=plots.STYLE["faint"], lw=0.8)
+    figure.legend(*axes.get_legend_handles_labels(), loc="center right", frameon=False, fontsize=8)
+    return figure
+
+
+def _controllers(env: MotionEnv, models: list[str]) -> dict[str, Controller]:
+    found: dict[str, Controller] = dict(BASELINES)
+    if not hasattr(env.rig.twin.mechanism, "inverse_dynamics"):
+        del found["computed-torque"]
+    return found | {Path(model).name: load_driver(model) for model in models}
+
+
+def _finished(scores: Scores) -> dict[str, Run]:
+    """Return the runs with the printed design that reached the path's end."""
+    return {name: runs[0] for name, runs in scores.items() if runs[0].reason == "finished"}
+
+
+def _show(scores: Scores, out: Path | None) -> None:
+    heads = ("driver", "finished", "reward", "RMS mm", "peak mm", "force", "ended")
+    rows = table(*heads, numbers=heads[1:6])
+    for name, runs in scores.items():
+        found = summary(runs)
+        rows.add_row(
+            name,
+            f"{found['finished']}/{found['runs']}",
+            f"{found['mean_reward']:.4f}",
+            *(f"{1e3 * found[error]:.3f}" for error in ("rms_error", "peak_error")),
+            f"{100.0 * found['peak_share']:.0f} %",
+            ", ".join(found["reasons"]),
+        )
+    screen = console()
+    screen.print(rows)
+    screen.print(
+        "reward: the mean; errors and force (of the limit): the worst of the runs", style=FAINT
+    )
+    if out is not None:
+        screen.print(f"picture: {out}")

@@ -1,0 +1,86 @@
+"""``pkm-gym tune``: hyperparameters by Optuna, scored on validation tasks, pruned on the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from statistics import median
+from typing import Annotated
+
+import torch
+import typer
+
+from pkm_gym.agents.runs.environments import find_spec
+from pkm_gym.agents.runs.recipe import ALGORITHMS, read_recipe
+from pkm_gym.agents.runs.tuning import FRESH, Tuning, count_ended, open_study
+from pkm_gym.studies.cli.terminal import FAINT, console, section, table
+from pkm_gym.studies.storage.storages import quiet
+from pkm_gym.studies.storage.studies import count_finished
+
+
+def command(
+    env: Annotated[str, typer.Argument(metavar="ENV", help="Id of a design environment.")],
+    algo: Annotated[
+        str, typer.Option(metavar="ALGORITHM", help=f"One of {', '.join(ALGORITHMS)}.")
+    ] = "ppo",
+    trials: Annotated[
+        int, typer.Option(metavar="N", min=1, help="How many trials the study shall have.")
+    ] = 20,
+    steps: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Of each training run.")
+    ] = None,
+    params: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Hyperparameters to start from (TOML).")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE ...", help="Hyperparameters that are kept."),
+    ] = None,
+    pool: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Solved tasks to learn on.")
+    ] = None,
+    validation: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Solved tasks to be scored on.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FOLDER",
+            help="Of the study and its runs; runs/agents/tune-ENV-ALGORITHM if not said.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Search the hyperparameters of an algorithm; two training seeds a trial.
+
+    A trial that lags behind is pruned. The winner is trained again with five fresh seeds, and only
+    those count. Stopped by Ctrl-C, the same command goes on.
+    """
+    torch.set_num_threads(1)  # more are slower for nets so small
+    spec = find_spec(env)
+    folder = output or Path("runs/agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
+    recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
+    tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
+    screen = console()
+    with quiet():
+        study = open_study(tuning)
+        missing = trials - count_ended(study)
+        if missing > 0:
+            study.optimize(tuning.objective, n_trials=missing)
+        if not count_finished(study):
+            raise ValueError("no trial has finished: give more --trials")
+        winner = study.best_trial
+        fresh = [
+            tuning.run(winner.params, s, folder / f"winner-{winner.number}-{s}") for s in FRESH
+        ]
+    rows = table("hyperparameter", "value", numbers=["value"])
+    for name, value in winner.params.items():
+        rows.add_row(name, f"{value:.4g}")
+    screen.print(section(f"The best of {count_ended(study)} trials, trial {winner.number}"))
+    screen.print(rows)
+    screen.print(f"score {winner.value:.4f} when it was chosen, which flatters it", style=FAINT)
+    screen.print(
+        f"score {median(fresh):.4f}, median of {len(fresh)} fresh seeds "
+        f"({min(fresh):.4f} to {max(fresh):.4f})"
+    )

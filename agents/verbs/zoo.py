@@ -1,0 +1,41 @@
+"""``pkm-gym zoo``: the trained designers that are shipped, and how a new one is taken in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pkm_gym.agents.designers.files import read_designer
+from pkm_gym.agents.designers.library import shipped
+from pkm_gym.agents.designers.shipping import AT, take_in
+from pkm_gym.studies.cli.terminal import FAINT, console, table
+
+
+def command(
+    add: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Ship the best agent of this training run.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """List the trained designers that are shipped: what they were trained with, how good they are.
+
+    The regrets are those of the first 64 of the benchmark's validation tasks; only feasible designs
+    count.
+    """
+    screen = console()
+    if add is not None:
+        screen.print(f"taken in: {take_in(add)}", soft_wrap=True)
+    heads = [f"k = {k}" for k in AT]
+    numbers = ["steps", *heads]
+    rows = table("designer", "problem", *numbers, numbers=numbers)
+    for name, path in shipped().items():
+        designer, origin = read_designer(path)
+        regrets = origin.recorded["regrets"]
+        medians = [f"{100.0 * regrets[str(k)]:.1g}" if str(k) in regrets else "" for k in AT]
+        rows.add_row(name, designer.problem.name, f"{origin.steps / 1e6:.1f} M", *medians)
+    screen.print(rows)
+    screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)

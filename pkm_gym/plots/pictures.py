@@ -1,0 +1,54 @@
+"""Pictures by name: what a mechanism's ``figures.py`` offers, and what every mechanism has.
+
+A ``figures.py`` says what it offers in ``PICTURES`` and, if it has any, ``SOLIDS``: problem ->
+name -> ``Picture`` or ``Solid``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+from matplotlib.figure import Figure
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.plots.design import design_figure, index_map_figure
+
+
+class Picture(NamedTuple):
+    """A figure of a problem: what it shows, and the function that draws it."""
+
+    caption: str
+    draw: Callable[[DesignProblem], Figure]
+
+
+class Solid(NamedTuple):
+    """A body that is written as .stl: what it is, and the function that writes it."""
+
+    caption: str
+    write: Callable[[DesignProblem, Path], Path]
+
+
+Pictures: TypeAlias = Mapping[str, Picture]
+Solids: TypeAlias = Mapping[str, Solid]
+
+
+def machine_pictures(name: str) -> dict[str, Picture]:
+    """Return the pictures that every mechanism has: its optimum and its printed design."""
+    return {
+        name: Picture("the verified optimum", lambda p: design_figure(p, _optimum(p))),
+        "printed": Picture("the printed design", lambda p: design_figure(p, p.printed_design())),
+        f"{name}_maps": Picture(
+            "index maps of the verified optimum", lambda p: index_map_figure(p, _optimum(p))
+        ),
+        "printed_maps": Picture(
+            "index maps of the printed design", lambda p: index_map_figure(p, p.printed_design())
+        ),
+    }
+
+
+def _optimum(problem: DesignProblem) -> FloatArray:
+    """Return the first of the verified optima, the one of the default task and objective."""
+    return problem.design(next(iter(problem.reference.optima.values())).design)

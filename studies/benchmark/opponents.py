@@ -1,0 +1,163 @@
+"""Opponents of the benchmark that search with Optuna's samplers, or with CMA-ES itself.
+
+Any sampler competes in three lines of a module of yours; the method's name is then
+"module:attribute"::
+
+    @method()
+    def brute(problem, pool):
+        return sampler_search(lambda seed: BruteForceSampler(seed=seed))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import optuna
+from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
+from optuna.samplers import BaseSampler, TPESampler
+from optuna.study import StudyDirection
+
+from pkm_gym.benchmark.evaluator import Evaluator
+from pkm_gym.benchmark.methods import Search, method
+from pkm_gym.benchmark.optima import KnownOptima
+from pkm_gym.core.pool import Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.search.samplers import check_sampler, make_sampler, score, values_for
+from pkm_gym.studies.storage.storages import quiet
+from pkm_gym.studies.storage.studies import Values
+
+MakeSampler = Callable[[int], BaseSampler]
+
+ENQUEUED = 16  # neighbours' optima that TPE tries first
+STARTED_AT = 16  # neighbours whose optima's mean is CMA-ES's first mean
+SIGMA = 0.01  # CMA-ES's first step size there, a share of the range
+
+
+def sampler_search(
+    make: MakeSampler,
+    *,
+    values: Values = "objectives",
+    first: Callable[[FloatArray], FloatArray] | None = None,
+) -> Search:
+    """Return the search that asks an Optuna sampler and tells it what was evaluated.
+
+    Args:
+        make: returns a new sampler of a seed.
+        values: what the trials have as values: the "objectives", with named constraints beside
+            them, or the "merit", for a sampler that knows no constraints.
+        first: returns, for a packed task (m,), designs (n, d) to be tried first.
+    """
+
+    def search(evaluator: Evaluator) -> None:
+        problem = evaluator.problem
+        names = ("minimize",) if values == "merit" else problem.directions
+        directions = [StudyDirection[name.upper()] for name in names]
+        seed = int(evaluator.generator.integers(2**31))
+        suggest = problem.objective_for().suggest
+        with quiet():
+            study = optuna.create_study(sampler=make(seed), directions=directions)
+            for design in first(evaluator.task) if first else ():
+                study.enqueue_trial(dict(zip(problem.variable_names, design, strict=True)))
+            while True:
+                trial = study.ask()
+                evaluation = evaluator.evaluate(suggest(trial))
+                study.tell(trial, score(trial, evaluation, 0, values))
+
+    return search
+
+
+@method()
+def tpe(_problem: DesignProblem, _pool: Pool) -> Search:
+    """Search with TPE as Optuna sets it up: multivariate, constrained, 10 trials to start up."""
+    return _named("tpe")
+
+
+@method()
+def tpe_4(_problem: DesignProblem, _pool: Pool) -> Search:
+    """Search with TPE with 4 trials to start up."""
+    return sampler_search(lambda seed: TPESampler(seed=seed, n_startup_trials=4))
+
+
+@method()
+def cmaes(problem: DesignProblem, _pool: Pool) -> Search:
+    """Search with CMA-ES on the merit, from the centre of the box."""
+    # Its first trial belongs to no generation: let it be the mean of the first one.
+    centre = 0.5 * (problem.low + problem.high)
+    return _named("cmaes", first=lambda _: centre[None])
+
+
+@method()
+def nsga2(_problem: DesignProblem, _pool: Pool) -> Search:
+    """Search with NSGA-II, constrained."""
+    return _named("nsga2")
+
+
+@method(evaluations=40, tasks=16)
+def gp(_problem: DesignProblem, _pool: Pool) -> Search:
+    """Search with a Gaussian process, constrained; about a second a trial."""
+    check_sampler("gp", 1)
+    search = _named("gp")
+
+    def on_one_thread(evaluator: Evaluator) -> None:
+        with _one_thread():
+            search(evaluator)
+
+    return on_one_thread
+
+
+@method(knowledge="transfer")
+def neighbours_tpe(problem: DesignProblem, pool: Pool) -> Search:
+    """Search with TPE that is first given the optima of the nearest tasks."""
+    nearest = KnownOptima(problem, pool).nearest
+    return _named("tpe", first=lambda task: nearest(task, ENQUEUED))
+
+
+@method(knowledge="transfer")
+def neighbours_cmaes(problem: DesignProblem, pool: Pool) -> Search:
+    """Search with CMA-ES on the merit, from the mean of the optima of the nearest tasks."""
+    nearest = KnownOptima(problem, pool).nearest
+    span = problem.high - problem.low
+
+    def search(evaluator: Evaluator) -> None:
+        near = (nearest(evaluator.task, STARTED_AT) - problem.low) / span
+        while True:
+            _descend(evaluator, near.mean(axis=0))
+
+    return search
+
+
+def _descend(evaluator: Evaluator, mean: FloatArray) -> None:
+    """Run CMA-ES from a point (d,) of the unit cube until it has converged."""
+    problem = evaluator.problem
+    d = len(mean)
+    bounds = np.tile([0.0, 1.0], (d, 1))
+    seed = int(evaluator.generator.integers(2**31))
+    optimiser = CMA(mean=mean, sigma=SIGMA, bounds=bounds, seed=seed)
+    while not optimiser.should_stop():
+        points = np.array([optimiser.ask() for _ in range(optimiser.population_size)])
+        designs = problem.low + (problem.high - problem.low) * points
+        told = evaluator.evaluate(np.clip(designs, problem.low, problem.high))
+        optimiser.tell(list(zip(points, map(float, told.log_merit), strict=True)))
+
+
+def _named(name: str, first: Callable[[FloatArray], FloatArray] | None = None) -> Search:
+    def make(seed: int) -> BaseSampler:
+        return make_sampler(name, seed=seed)
+
+    return sampler_search(make, values=values_for(name), first=first)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep PyTorch on one thread: the matrices are small, and sums keep their order."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

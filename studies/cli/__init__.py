@@ -1,0 +1,1 @@
+"""What the verbs share: options, what they mean, and how results are printed."""

@@ -1,0 +1,222 @@
+"""A problem, a design or a machine made from the arguments of a verb."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from pkm_gym.core.mechanism import Mechanism
+from pkm_gym.core.names import check_known, unknown
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import Task, TaskVariable
+from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import parse, show
+from pkm_gym.mechanisms import problem_type
+from pkm_gym.studies.storage.storages import redacted
+
+TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
+
+Texts = Iterable[str] | None
+
+
+@dataclass(frozen=True)
+class GivenDesign:
+    """A design as the user gave it.
+
+    Attributes:
+        design: array (d,).
+        task: the problem's task, with the fields that the dimensions settle.
+        notes: sentences that say what was settled or filled in.
+    """
+
+    design: FloatArray
+    task: Task
+    notes: tuple[str, ...]
+
+
+def problem_from(
+    name: str,
+    set_: Texts = None,
+    fix: Texts = None,
+    range_: Texts = None,
+    objective: Sequence[str] | None = None,
+    *,
+    takes_design: bool = False,
+    **options: Any,
+) -> DesignProblem:
+    """Make the problem of a verb's arguments.
+
+    Args:
+        name: the mechanism.
+        set_: ``task.FIELD=VALUE`` and ``OPTION=VALUE``.
+        fix: ``VARIABLE=VALUE``.
+        range_: ``VARIABLE=LOW:HIGH``.
+        objective: names of objectives, the default one if empty.
+        takes_design: whether ``set_`` may hold a design too, for ``design_from``.
+        options: options of the mechanism that ``set_`` overrides.
+
+    Raises:
+        ValueError: in one sentence, for an unknown name (with its closest match), a number that is
+            none, a wrong unit, or a value that is not allowed.
+    """
+    kind = problem_type(name)
+    settings = _settings(kind, set_)
+    if settings.design and not takes_design:
+        key = next(iter(settings.design))
+        raise ValueError(
+            f"--set {key}={settings.design[key]} is part of a design, and this verb takes none: "
+            "keep a variable at a value with --fix"
+        )
+    units = {variable.name: variable.unit for variable in kind.all_variables}
+    fixed, ranges = _assignments("--fix", fix), _assignments("--range", range_)
+    check_known("variable", (*fixed, *ranges), units)
+    for key in fixed.keys() & ranges.keys():
+        raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
+    return kind(
+        task=settings.task,
+        objective=objective or None,
+        fixed={key: parse(text, units[key], what=key) for key, text in fixed.items()},
+        bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
+        **(options | settings.options),
+    )
+
+
+def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
+    """Return the design in ``set_``: what is not given stays as printed.
+
+    Raises:
+        ValueError: in one sentence, for numbers that make no design, or dimensions that disagree
+            with a task field given beside them.
+    """
+    settings = _settings(type(problem), set_)
+    units = {variable.name: variable.unit for variable in problem.all_variables}
+    derived = problem.derived(problem.printed_design())
+    units |= {key: derived[key].unit for key in problem.declared.dimensions}
+    given = {key: parse(text, units[key], what=key) for key, text in settings.design.items()}
+    values, changes = problem.from_dimensions(given, problem.task)
+    task = _changed_task(problem, changes, settings.task, ", ".join(given))
+    printed = {**problem.reference.design, **problem.fixed}
+    notes = [
+        f"{', '.join(given)} set task.{item.name} = {show(value, item.unit)} ({item.doc})"
+        for item, value in _fields(problem, changes)
+    ]
+    kept = [key for key in problem.variable_names if key not in values]
+    if values and kept:
+        notes.append(f"{', '.join(kept)} as printed in the paper")
+    return GivenDesign(problem.design({**printed, **values}), task, tuple(notes))
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """What --set holds: task fields in SI, options of their type, the design as text."""
+
+    task: dict[str, float]
+    options: dict[str, Any]
+    design: dict[str, str]
+
+
+def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
+    task_units = {f"task.{item.name}": item.unit for item in kind.task_type.variables()}
+    defaults = {item.name: item.default for item in fields(kind.options_type)}
+    of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
+    settings = _Settings({}, {}, {})
+    for key, text in _assignments("--set", set_).items():
+        if key in task_units:
+            value = parse(text, task_units[key], what=key)
+            settings.task[key.removeprefix("task.")] = value
+        elif key in defaults:
+            settings.options[key] = _option(key, text, defaults[key])
+        elif key in of_design:
+            settings.design[key] = text
+        elif f"task.{key}" in task_units:
+            raise ValueError(f"unknown setting {key!r}; did you mean 'task.{key}'?")
+        else:
+            raise ValueError(unknown("setting", key, {*task_units, *defaults, *of_design}))
+    return settings
+
+
+def _assignments(flag: str, texts: Texts) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in texts or ():
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not (key and equals and value):
+            raise ValueError(f"{flag} {text} says no value: write {flag} {key or 'NAME'}=VALUE")
+        if key in found:
+            raise ValueError(f"{flag} gives {key} twice: {found[key]} and {value}")
+        found[key] = value
+    return found
+
+
+def _interval(name: str, text: str, unit: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise ValueError(f"--range {name}={text} is no range: write {name}=LOW:HIGH")
+    return parse(low, unit, what=f"low {name}"), parse(high, unit, what=f"high {name}")
+
+
+def _option(name: str, text: str, default: Any) -> Any:
+    """Return an option's text as the type of its default."""
+    if isinstance(default, bool):
+        if text.lower() not in TRUE + FALSE:
+            raise ValueError(f"{name} is {text!r}: it must be true or false")
+        return text.lower() in TRUE
+    try:
+        if isinstance(default, tuple):
+            return tuple(int(part) for part in text.lower().split("x"))
+        return type(default)(text)
+    except ValueError:
+        example = "x".join(map(str, default)) if isinstance(default, tuple) else default
+        raise ValueError(f"{name} is {text!r}: write it like {name}={example}") from None
+
+
+def _changed_task(
+    problem: DesignProblem, changes: dict[str, float], given: dict[str, float], source: str
+) -> Task:
+    """Return the task with what the dimensions settle, unless the user said otherwise."""
+    for item, value in _fields(problem, changes):
+        own = given.get(item.name, value)
+        if not math.isclose(own, value, rel_tol=1e-6):
+            raise ValueError(
+                f"task.{item.name} = {own:.6g} disagrees with {source}, which set it to "
+                f"{f'{value:.6g} {item.unit}'.rstrip()} ({item.doc}): leave one out"
+            )
+    try:
+        return problem.task.replace(**changes)
+    except ValueError as error:
+        raise ValueError(f"{error}; {source} set it (without a unit they are in m)") from None
+
+
+def _fields(
+    problem: DesignProblem, changes: dict[str, float]
+) -> Iterable[tuple[TaskVariable, float]]:
+    items = {item.name: item for item in problem.task_variables}
+    return ((items[name], value) for name, value in changes.items())
+
+
+def own_command() -> str:
+    """Return the command line as it was typed, without passwords."""
+    return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))
+
+
+def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[str, ...]]:
+    """Return the machine of a design, and how the design was completed."""
+    problem = problem_from(name, set_, takes_design=True)
+    given = design_from(problem, set_)
+    return problem.mechanism(given.design, given.task), given.notes
+
+
+def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
+    """Return where to write, its folder made.
+
+    Raises:
+        ValueError: for a name of another form.
+    """
+    path = out or Path("runs") / name / f"{stem}{forms[0]}"
+    if path.suffix.lower() not in forms:
+        raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
+    return path

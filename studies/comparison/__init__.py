@@ -1,0 +1,1 @@
+"""All ways to a design side by side, and the whole study in one go."""

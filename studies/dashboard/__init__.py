@@ -1,0 +1,1 @@
+"""Optuna's dashboard, and what it shows beside numbers."""

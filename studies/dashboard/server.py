@@ -1,0 +1,106 @@
+"""Optuna's dashboard on storages and their artifacts."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from socketserver import ThreadingMixIn
+from typing import Any
+from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
+
+from optuna.artifacts import FileSystemArtifactStore
+from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all__
+
+from pkm_gym.core.names import check_known
+from pkm_gym.mechanisms import problems
+from pkm_gym.studies.storage.storages import (
+    JOURNAL,
+    RUNS,
+    artifact_folder,
+    default_storage,
+    open_storage,
+    quiet,
+    redacted,
+    study_names,
+)
+
+HOST = "127.0.0.1"
+PORT = 8080
+
+
+class Server(ThreadingMixIn, WSGIServer):
+    """A server whose requests don't wait for each other, nor it for them at the end."""
+
+    daemon_threads = True
+
+
+class Quiet(WSGIRequestHandler):
+    """Answers requests without a line for each."""
+
+    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002  # its name there
+        """Say nothing."""
+
+
+def app(where: str) -> Any:
+    """Return the WSGI application of Optuna's dashboard on a storage and its artifacts.
+
+    Raises:
+        ValueError: in one sentence, if the storage is missing, no storage, or holds no study.
+    """
+    storage = open_storage(where, create=False)
+    if not study_names(storage):
+        raise ValueError(f"the storage {redacted(where)!r} is empty: `pkm-gym search` fills it")
+    folder = artifact_folder(where)
+    folder.mkdir(parents=True, exist_ok=True)
+    return wsgi(storage, artifact_store=FileSystemArtifactStore(folder))
+
+
+@contextmanager
+def serving(where: str, port: int = PORT) -> Iterator[str]:
+    """Serve a storage's dashboard in a thread; give its address.
+
+    Args:
+        where: a journal file or a database URL.
+        port: where to listen, 0 for any free port.
+
+    Raises:
+        ValueError: in one sentence, for what ``app`` refuses or a port that is taken.
+    """
+    with quiet():
+        application = app(where)
+    try:
+        server = make_server(HOST, port, application, Server, Quiet)
+    except OSError as error:
+        raise ValueError(
+            f"can't listen on port {port} ({error.strerror}): choose another --port"
+        ) from None
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    try:
+        yield f"http://{HOST}:{server.server_port}/dashboard"
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+def storages(name: str | None = None, storage: str | None = None) -> list[str]:
+    """Return the storages to show: the one given, a mechanism's, or all under runs/.
+
+    Raises:
+        ValueError: in one sentence, for an unknown mechanism, two choices at once, or none found.
+    """
+    if name is not None:
+        check_known("mechanism", [name], problems())
+        if storage is not None:
+            raise ValueError(f"{name} and --storage name two storages: leave one out")
+        return [default_storage(name)]
+    if storage is not None:
+        return [storage]
+    found = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
+    if not found:
+        raise ValueError(
+            f"there is no study under {str(RUNS.resolve())!r}: `pkm-gym search` makes one"
+        )
+    return found

@@ -1,0 +1,110 @@
+"""A grid evaluated in one call, as an atlas and as a study of its best."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from optuna import Study, create_trial
+from optuna.distributions import BaseDistribution, FloatDistribution
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.trial import trial_attributes, trial_values
+from pkm_gym.studies.dashboard.notes import write_note
+from pkm_gym.studies.dashboard.pictures import Pictures
+from pkm_gym.studies.grid.atlas import atlas, save_atlas
+from pkm_gym.studies.grid.designs import STEP, grid_designs, grid_name
+from pkm_gym.studies.search.samplers import constraints_of
+from pkm_gym.studies.storage.storages import (
+    artifact_folder,
+    default_storage,
+    open_storage,
+    quiet,
+    run_folder,
+)
+from pkm_gym.studies.storage.studies import count_finished, open_study
+
+LOGGED = 200  # how many of the best feasible designs the study gets
+
+
+def evaluate_grid(problem: DesignProblem, step: float | None = None) -> Evaluation:
+    """Evaluate the paper's grid within the problem's bounds, or ours: see ``grid_designs``."""
+    return problem.evaluate(grid_designs(problem, step))
+
+
+def log_best(study: Study, evaluation: Evaluation) -> int:
+    """Add the best feasible designs of an evaluation to an empty study; return how many."""
+    problem = evaluation.problem
+    space: dict[str, BaseDistribution] = {
+        v.name: FloatDistribution(v.low, v.high) for v in problem.variables
+    }
+    best = [i for i in evaluation.ranking()[:LOGGED].tolist() if evaluation.feasible[i]]
+    values = trial_values(evaluation)
+    study.add_trials(
+        create_trial(
+            values=values[i].tolist(),
+            params=dict(zip(problem.variable_names, evaluation.designs[i].tolist(), strict=True)),
+            distributions=space,
+            user_attrs=trial_attributes(evaluation, i),
+            constraints=constraints_of(evaluation, i),
+        )
+        for i in best
+    )
+    return len(best)
+
+
+def grid(
+    problem: DesignProblem,
+    *,
+    step: float | None = None,
+    storage: str | None = None,
+    name: str | None = None,
+    output: Path | None = None,
+    command: str = "",
+) -> Evaluation:
+    """Evaluate a grid, write the atlas and log its best feasible designs in a study.
+
+    Args:
+        problem: what is evaluated, with its task.
+        step: of a grid over the bounds, in the variables' SI units; without one it is the paper's
+            grid, or where the paper has none, ours with the step 0.01.
+        storage: a journal file or a database URL; the problem's journal under runs/ by default.
+        name: of the study; the problem's name, "grid" and the step by default.
+        output: the atlas; runs/NAME/grid.nc by default.
+        command: kept with the atlas and the study.
+
+    Raises:
+        ValueError: in one sentence, for no such grid or a study that stands for something else.
+    """
+    evaluation = evaluate_grid(problem, step)
+    where = storage or default_storage(problem.name)
+    with quiet():
+        study = open_study(
+            problem, open_storage(where), name or grid_study_name(problem, step), command=command
+        )
+        save_atlas(atlas(evaluation, command), output or run_folder(problem.name) / "grid.nc")
+        if count_finished(study) or log_best(study, evaluation) == 0:
+            return evaluation
+        best = problem.evaluate(evaluation.designs[evaluation.best()][None])
+        pictures = Pictures(problem, study, artifact_folder(where))
+        pictures.promise(study)
+        write_note(study, best, best_of_grid(problem, step), pictures.draw(study, best.designs[0]))
+    return evaluation
+
+
+def grid_study_name(problem: DesignProblem, step: float | None) -> str:
+    """Return the name of a grid's study."""
+    return f"{problem.name}-grid" if step is None else f"{problem.name}-grid-{step:g}"
+
+
+def best_of_grid(problem: DesignProblem, step: float | None) -> str:
+    """Return what the best design of a grid is called."""
+    return f"best of {grid_name(problem, step)}"
+
+
+def grid_line(evaluation: Evaluation, step: float | None = None) -> str:
+    """Return how many designs a grid has, whose it is and how many are feasible."""
+    whose, feasible = grid_name(evaluation.problem, step), int(evaluation.feasible.sum())
+    if whose == "our grid":
+        whose += f" (a step of {STEP if step is None else step:g} over the bounds)"
+    return f"{len(evaluation):,} designs of {whose}, {feasible:,} feasible"

@@ -1,0 +1,208 @@
+"""An evaluated design in numbers, words and a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from math import isclose, isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import Value
+from pkm_gym.core.rows import Dimension
+from pkm_gym.core.units import shown
+from pkm_gym.studies.cli.arguments import GivenDesign
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, HEAD, listing, section, table
+
+
+@dataclass(frozen=True)
+class Report:
+    """An evaluated design and all that is said of it."""
+
+    problem: DesignProblem
+    given: GivenDesign
+    evaluation: Evaluation
+    title: str = "a design of your own"
+
+    @property
+    def derived(self) -> dict[str, Dimension]:
+        """The derived dimensions, none where the design makes no machine."""
+        try:
+            return self.problem.derived(self.given.design, self.given.task)
+        except ValueError:
+            return {}
+
+    @property
+    def indices(self) -> dict[str, float]:
+        """The indices in SI, NaN where undefined."""
+        return {name: float(values[0]) for name, values in self.evaluation.indices.items()}
+
+    @property
+    def constraints(self) -> dict[str, float]:
+        """The constraints, broken where > 0."""
+        values = map(float, self.evaluation.constraints[0])
+        return dict(zip(self.problem.constraint_names, values, strict=True))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every limit holds."""
+        return bool(self.evaluation.feasible[0])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the design was completed, and the problem's standing warnings."""
+        return self.given.notes + self.evaluation.notes
+
+    @property
+    def is_printed(self) -> bool:
+        """Whether it is the paper's design and task."""
+        paper = (*self.problem.printed_design(), *self.problem.task_type().pack())
+        own = (*self.given.design, *self.given.task.pack())
+        return bool(np.allclose(own, paper, rtol=1e-9, atol=0.0))
+
+    @property
+    def printed(self) -> dict[str, tuple[Value, float]]:
+        """The paper's numbers for this design, each beside ours, where the verdict holds.
+
+        With other options (another inertia, say) our number differs from the one that was judged.
+        """
+        if not self.is_printed:
+            return {}
+        ours = {name: value for name, (value, _) in self.derived.items()} | self.indices
+        return {
+            value.name: (value, ours[value.name])
+            for value in self.problem.reference.values.values()
+            if value.printed is not None
+            and value.kind in ("index", "dimension")
+            and isclose(ours[value.name], value.ours, rel_tol=value.tolerance)
+        }
+
+
+def draw(report: Report, path: Path) -> None:
+    """Write the picture of a design."""
+    from pkm_gym.plots import design_figure, save
+
+    save(design_figure(report.problem, report.given.design, report.given.task), path)
+
+
+def content(report: Report) -> dict[str, Any]:
+    """Return what ``--json`` prints: SI units, null where undefined."""
+    problem, evaluation = report.problem, report.evaluation
+    return {
+        "mechanism": problem.name,
+        "objective": [objective.name for objective in problem.objectives],
+        "options": asdict(problem.options),
+        "hash": problem.hash(),
+        "design": problem.named(report.given.design),
+        "task": asdict(report.given.task),
+        "derived": {name: value for name, (value, _) in report.derived.items()},
+        "indices": {k: v if isfinite(v) else None for k, v in report.indices.items()},
+        "constraints": report.constraints,
+        "feasible": report.feasible,
+        "merit": float(evaluation.merit[0]),
+        "explain": evaluation.explain(0).splitlines(),
+        "notes": list(report.notes),
+        "paper": {
+            name: {"printed": value.printed, "verdict": value.verdict}
+            for name, (value, _) in report.printed.items()
+        },
+    }
+
+
+def show_report(screen: Console, report: Report) -> None:
+    """Print all that is said of a design."""
+    problem, evaluation = report.problem, report.evaluation
+    what = "the design that the paper prints" if report.is_printed else report.title
+    screen.print(Text.assemble((problem.name, HEAD), f": {what}"))
+    for note in report.notes:
+        screen.print(note, style=FAINT)
+    screen.print()
+    screen.print(_numbers(report))
+    screen.print(section("Indices"))
+    screen.print(_indices(report))
+    screen.print(section("Limits"))
+    screen.print(_limits(report))
+    screen.print()
+    for line in evaluation.explain(0).splitlines():
+        screen.print(line, style=GOOD if report.feasible else BAD)
+    of = f"of {problem.objectives[0].name}: smaller is better, about 1 at the task's optimum"
+    screen.print(Text.assemble(f"merit {evaluation.merit[0]:.5g} ", (of, FAINT)))
+    if report.printed:
+        screen.print(section("What the paper prints"))
+        screen.print(*_paper(report), sep="\n")
+
+
+def _numbers(report: Report) -> Table:
+    """Return variables, derived dimensions and the task's other-than-default fields abreast."""
+    named = report.problem.named(report.given.design)
+    variables = {v.name: (named[v.name], v.unit) for v in report.problem.all_variables}
+    fields = report.problem.task_variables
+    task = {f.name: (getattr(report.given.task, f.name), f.unit) for f in fields}
+    changed = {f.name: task[f.name] for f in fields if not isclose(task[f.name][0], f.default)}
+    parts: dict[str, Mapping[str, tuple[float, str]]] = {
+        "design": variables,
+        "dimensions": report.derived,
+        "task, beside defaults": changed,
+    }
+    abreast = Table.grid(padding=(0, 5))
+    shown_parts = [(title, values) for title, values in parts.items() if values]
+    abreast.add_row(*(Text(title, style=FAINT) for title, _ in shown_parts))
+    abreast.add_row(*(listing(values) for _, values in shown_parts))
+    return abreast
+
+
+def _indices(report: Report) -> Table:
+    rows = table("index", "value", "unit", "what it is", numbers=["value"])
+    for index in report.problem.index_table:
+        rows.add_row(index.name, *shown(report.indices[index.name], index.unit), index.doc)
+    return rows
+
+
+def _limits(report: Report) -> Table:
+    """Return each limit's margin in words, dimensionless as the constraints are."""
+    rows = table("limit", "verdict", "margin", numbers=["margin"])
+    undefined = _undefined(report)
+    for name, value in report.constraints.items():
+        if name in undefined:
+            rows.add_row(name, Text("undefined", style=FAINT), "")
+        elif value > 0.0:
+            rows.add_row(name, Text("broken", style=BAD), _margin(value))
+        else:
+            rows.add_row(name, Text("holds", style=GOOD), _margin(value))
+    return rows
+
+
+def _undefined(report: Report) -> set[str]:
+    """Return the limits that can't be evaluated: they share one value, 1 + the reach violation."""
+    if all(map(isfinite, report.indices.values())):
+        return set()
+    values = list(report.constraints.values())
+    shared = max(values, key=values.count)
+    return {name for name, value in report.constraints.items() if value == shared >= 1.0 - 1e-6}
+
+
+def _paper(report: Report) -> Iterator[RenderableType]:
+    """Yield the table of printed numbers beside ours, and what there is to say of each."""
+    rows = table("number", "printed", "ours", "unit", "verdict", numbers=["printed", "ours"])
+    for name, (value, ours) in report.printed.items():
+        (printed, unit), (computed, _) = (
+            shown(value.printed or 0.0, value.unit),
+            shown(ours, value.unit),
+        )
+        rows.add_row(name, printed, computed, unit, value.verdict)
+    yield rows
+    for name, (value, _) in report.printed.items():
+        if value.note:
+            yield Text(f"{name}: {value.note}", style=FAINT)
+
+
+def _margin(constraint: float) -> str:
+    margin = abs(constraint)
+    return f"{margin:.4f}" if margin >= 1e-4 else f"{margin:.1e}"

@@ -1,0 +1,189 @@
+"""Rows of numbers beside the paper's: what tables, notes and last lines are made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from rich.console import Group
+from rich.text import Text
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import Optimum, Value
+from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted, shown
+from pkm_gym.studies.cli.terminal import FAINT, table
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table.
+
+    Attributes:
+        name: what was evaluated.
+        value: of the first objective, None where there is none.
+        design: variable -> value.
+        evaluations: how many designs it took.
+        regret: how far it is behind the verified optimum, as a share of it; NaN if infeasible.
+        feasible: "yes", "no", or how many runs found a feasible design.
+    """
+
+    name: str
+    value: float | None
+    design: Mapping[str, float] = field(default_factory=dict)
+    evaluations: int | None = None
+    regret: float = math.nan
+    feasible: str = ""
+
+
+def headers(problem: DesignProblem) -> list[str]:
+    """Return the column titles of a table of rows."""
+    names = [v.name for v in problem.all_variables]
+    return ["", "designs", problem.objectives[0].name, "regret", "feasible", *names]
+
+
+def caption(problem: DesignProblem) -> str:
+    """Return what the column titles mean."""
+    first = problem.objectives[0]
+    units: dict[str, list[str]] = {first.unit: [first.name]}
+    for v in problem.all_variables:
+        units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
+    said = "".join(f"{', '.join(names)} in {unit}; " for unit, names in units.items() if unit)
+    return (
+        f"{said}designs: number evaluated; regret: behind the optimum, of several runs the median"
+    )
+
+
+def cells(problem: DesignProblem, row: Row) -> list[str]:
+    """Return a row as text."""
+    return [
+        row.name,
+        "" if row.evaluations is None else f"{row.evaluations:,}",
+        "" if row.value is None else f"{row.value:.5g}",
+        f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
+        row.feasible,
+        *(_number(row.design[v.name], v.unit) if row.design else "" for v in problem.all_variables),
+    ]
+
+
+def _number(value: float, unit: str) -> str:
+    return shown(value, unit)[0] if unit else f"{value:.4f}"
+
+
+def markdown(problem: DesignProblem, rows: Iterable[Row]) -> str:
+    """Return rows as a Markdown table."""
+    titles = headers(problem)
+    lines = [titles, ["---"] + ["---:"] * (len(titles) - 1)]
+    lines += [cells(problem, row) for row in rows]
+    written = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return f"{written}\n\n{caption(problem)}"
+
+
+def rich_table(problem: DesignProblem, rows: Iterable[Row]) -> Group:
+    """Return rows as a table for the terminal."""
+    titles = headers(problem)
+    lines = table(*titles, numbers=titles[1:])
+    for row in rows:
+        lines.add_row(*cells(problem, row))
+    return Group(lines, Text(caption(problem), style=FAINT))
+
+
+def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: int) -> Row:
+    """Return the row of design i of an evaluation."""
+    problem = evaluation.problem
+    feasible = bool(evaluation.feasible[i])
+    value = float(evaluation.objectives[i, 0])
+    design = problem.named(evaluation.designs[i])
+    regret = math.nan
+    if optimum is not None and optimum.value is not None and feasible:
+        regret = regret_of(problem, evaluation.designs[i], optimum)
+    return Row(
+        name,
+        value if math.isfinite(value) else None,
+        design,
+        regret=regret,
+        feasible="yes" if feasible else "no",
+        **fields,
+    )
+
+
+def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float:
+    """Return by which share a feasible design (d,) is worse than the optimum."""
+    both = problem.evaluate(np.stack([design, problem.design(optimum.design)]))
+    return float(np.expm1(both.log_merit[0] - both.log_merit[1]))
+
+
+def asks_the_papers_task(problem: DesignProblem) -> bool:
+    """Whether the printed design answers the problem: the paper's task, nothing else fixed."""
+    design = problem.reference.design
+    kept = all(math.isclose(design[name], value) for name, value in problem.fixed.items())
+    return kept and problem.task == problem.task_type()
+
+
+def printed_value(problem: DesignProblem) -> Value | None:
+    """Return what the paper prints for the first objective, if it prints any."""
+    value = problem.reference.values.get(problem.objectives[0].name)
+    return value if value is not None and value.printed is not None else None
+
+
+def recorded_optimum(problem: DesignProblem) -> Optimum | None:
+    """Return the verified optimum that the reference holds for just this problem and task."""
+    if problem.task != problem.task_type():
+        return None
+    names = [objective.name for objective in problem.objectives]
+    for optimum in problem.reference.optima.values():
+        same = type(problem)(objective=names, fixed=optimum.fixed)
+        if optimum.objective == names[0] and same.hash() == problem.hash():
+            return optimum
+    return None
+
+
+def optimum_row(optimum: Optimum) -> Row:
+    """Return the row of a verified optimum."""
+    return Row("verified optimum", optimum.value, optimum.design, regret=0.0, feasible="yes")
+
+
+def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
+    """Return the printed optimum, as printed and with our model, where it answers this problem."""
+    if not asks_the_papers_task(problem):
+        return []
+    evaluation = problem.evaluate(problem.printed_design()[None])
+    printed = printed_value(problem)
+    design = problem.reference.design
+    if printed is None:
+        row = Row("paper: none printed", None, design)
+    else:
+        row = Row("paper, printed", printed.printed, design)
+    return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
+
+
+def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
+    """Return the rows of the paper, of one evaluated design and of the verified optimum."""
+    optimum = recorded_optimum(best.problem)
+    known = optimum_row(optimum) if optimum else None
+    rows = [*paper_rows(best.problem, known), row_of(name, best, 0, known)]
+    return [*rows, known] if known else rows
+
+
+def judged_value(problem: DesignProblem) -> Value | None:
+    """Return the printed value whose verdict holds here: our number is the one that was judged.
+
+    With another inertia, say, it is another number.
+    """
+    value = printed_value(problem)
+    if value is None or not asks_the_papers_task(problem):
+        return None
+    ours = float(problem.evaluate(problem.printed_design()[None]).objectives[0, 0])
+    return value if math.isclose(ours, value.ours, rel_tol=value.tolerance) else None
+
+
+def verdict(problem: DesignProblem) -> str:
+    """Return a sentence on the printed value of the first objective, or nothing."""
+    value = judged_value(problem)
+    if value is None:
+        return ""
+    sentence = f"The printed {value.symbol} = {value.printed:g} is {value.verdict}"
+    return f"{sentence}. {value.note}".strip()

@@ -1,0 +1,1 @@
+"""Searches of the design space: with Optuna, by a local polish, over a Family's tasks."""

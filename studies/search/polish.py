@@ -1,0 +1,82 @@
+"""From a known design to the optimum near it, and the verified one."""
+
+from __future__ import annotations
+
+import numpy as np
+from optuna import load_study
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import polish as polish_designs
+from pkm_gym.core.solve import solve_tasks
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.report.rows import Row, optimum_row, recorded_optimum
+from pkm_gym.studies.storage.storages import exists, open_storage, study_names
+from pkm_gym.studies.storage.studies import count_finished, designs_of, stands_for
+
+SOLVED, UNCERTAIN = "solved optimum", "uncertain optimum"
+ORIGINS = {
+    SOLVED: "solved now, by two seeds that agree",
+    UNCERTAIN: "solved now, by seeds that disagree",
+}
+AGREES = 1e-6  # share of the objective within which two optima are the same; 8 digits are recorded
+
+
+def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
+    """Polish each design (n, d) and return the evaluation of the best that comes out, one design.
+
+    The start counts too: the answer is never worse than the best of ``designs``.
+    """
+    polished = polish_designs(problem, designs, problem.pack(None)[None])
+    best = problem.evaluate(polished).best()
+    return problem.evaluate(polished[best : best + 1])
+
+
+def verified_optimum(problem: DesignProblem) -> Row | None:
+    """Return the verified optimum of the problem and its task, or None where nothing is feasible.
+
+    It is the reference's, where that holds one; otherwise it is solved now, and called uncertain
+    unless two searches from different seeds agree to 1e-10 in log merit.
+    """
+    recorded = recorded_optimum(problem)
+    if recorded is not None:
+        return optimum_row(recorded)
+    solved = solve_tasks(problem, problem.pack(None)[None])
+    if not solved.solvable[0]:
+        return None
+    name = SOLVED if solved.certified[0] else UNCERTAIN
+    design = problem.named(solved.designs[0])
+    return Row(name, float(solved.optima[0]), design, regret=0.0, feasible="yes")
+
+
+def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
+    """Return where the best design of a storage's studies of just this problem is from, and it.
+
+    Without such a study it is the printed design. The design is an array (1, d).
+    """
+    known: dict[str, FloatArray] = {}
+    if not exists(where):
+        return "the printed design", problem.printed_design()[None]
+    storage = open_storage(where, create=False)
+    for name in study_names(storage):
+        study = load_study(study_name=name, storage=storage)
+        if stands_for(study, problem) and count_finished(study):
+            designs = designs_of(study, problem)
+            known[name] = designs[problem.evaluate(designs).best()]
+    if not known:
+        return "the printed design", problem.printed_design()[None]
+    best = problem.evaluate(np.array(list(known.values()))).best()
+    return f"the best of the study {list(known)[best]}", list(known.values())[best][None]
+
+
+def judged(polished: Row, optimum: Row | None) -> str:
+    """Return a sentence on how a polished design compares with the verified optimum."""
+    if optimum is None:
+        return "no feasible design of this task is known"
+    if polished.feasible != "yes":
+        return "no feasible design lies near the start"
+    origin = ORIGINS.get(optimum.name, "recorded")
+    if abs(polished.regret) <= AGREES:
+        return f"agrees with the verified optimum ({origin})"
+    behind = f"{100 * polished.regret:.3g} % behind it"
+    return f"another optimum than the verified one ({origin}), {behind}"

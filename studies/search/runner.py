@@ -1,0 +1,171 @@
+"""The loop of a search: ask, evaluate a batch, tell; in threads, until done or Ctrl-C."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from types import FrameType
+
+import numpy as np
+from optuna import Study, Trial
+from optuna.trial import TrialState
+
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.dashboard.pictures import Pictures
+from pkm_gym.studies.search.samplers import score
+from pkm_gym.studies.storage.studies import Values, count_finished, designs_of, finished
+
+DRAW_EVERY = 30.0  # seconds between pictures while a search runs
+
+Report = Callable[[int, Evaluation], None]
+
+
+class Runner:
+    """Asks a study for designs, evaluates them in batches and tells it.
+
+    Args:
+        study: with its sampler.
+        problem: what is searched, with its task.
+        trials: how many finished trials the study shall have.
+        values: what the study's values are.
+        batch: designs an ``evaluate``.
+        pictures: draws the best designs.
+        report: called after each batch with the finished trials and the best design.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        problem: DesignProblem,
+        *,
+        trials: int,
+        values: Values = "objectives",
+        batch: int = 1,
+        pictures: Pictures | None = None,
+        report: Report | None = None,
+    ) -> None:
+        self.study = study
+        self.best: Evaluation | None = None
+        self.best_trial = -1
+        self.ran = False
+        self._problem = problem
+        self._objective = problem.objective_for(problem.task)
+        self._trials = trials
+        self._values = values
+        self._batch = batch
+        self._pictures = pictures
+        self._report = report
+        self._open = 0
+        self._drawn_at = time.monotonic()
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        if count_finished(study):
+            self.best, self.best_trial = answer(study, problem)
+
+    def run(self, jobs: int = 1) -> bool:
+        """Run until the study has its trials, in ``jobs`` threads; return whether Ctrl-C came."""
+        with interruptible(self._stop):
+            if jobs == 1:
+                self._work()
+            else:
+                with ThreadPoolExecutor(jobs) as pool:
+                    for worker in [pool.submit(self._work) for _ in range(jobs)]:
+                        worker.result()
+        return self._stop.is_set()
+
+    def _work(self) -> None:
+        while not self._stop.is_set() and (size := self._take()) > 0:
+            try:
+                self._step(size)
+            except BaseException:
+                self._stop.set()
+                raise
+            finally:
+                with self._lock:
+                    self._open -= size
+
+    def _take(self) -> int:
+        """Return how many trials to open: one at first, for samplers learn the space from it."""
+        with self._lock:
+            done = count_finished(self.study)
+            size = min(self._batch if done else 1, self._trials - done - self._open)
+            self._open += max(size, 0)
+            return size
+
+    def _step(self, size: int) -> None:
+        trials: list[Trial] = []
+        try:
+            with self._lock:
+                designs = [self._ask(trials) for _ in range(size)]
+            evaluation = self._problem.evaluate(np.array(designs))
+            with self._lock:
+                self._keep_best(trials, evaluation)
+            for i, trial in enumerate(trials):
+                self.study.tell(trial, score(trial, evaluation, i, self._values))
+        except BaseException:
+            for trial in trials:
+                self.study.tell(trial, state=TrialState.FAIL, skip_if_finished=True)
+            raise
+        with self._lock:
+            self.ran = True
+            self._show()
+
+    def _ask(self, trials: list[Trial]) -> FloatArray:
+        trials.append(self.study.ask())
+        return self._objective.suggest(trials[-1])
+
+    def _keep_best(self, trials: Sequence[Trial], evaluation: Evaluation) -> None:
+        i = evaluation.best()
+        pair = [*(self.best.designs if self.best else ()), evaluation.designs[i]]
+        both = self._problem.evaluate(np.array(pair))
+        if both.best() != len(pair) - 1:
+            return
+        self.best = self._problem.evaluate(evaluation.designs[i : i + 1])
+        self.best_trial = trials[i].number
+        if self._pictures:
+            self._pictures.promise(trials[i])
+
+    def _show(self) -> None:
+        assert self.best is not None
+        if self._report:
+            self._report(count_finished(self.study), self.best)
+        if self._pictures and time.monotonic() - self._drawn_at > DRAW_EVERY:
+            trial = self.study.get_trials(deepcopy=False)[self.best_trial]
+            self._pictures.draw(trial, self.best.designs[0])
+            self._drawn_at = time.monotonic()
+
+
+@contextmanager
+def interruptible(stop: threading.Event) -> Iterator[None]:
+    """Have the first Ctrl-C set ``stop``, so that open trials finish; the second one interrupts."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def on_interrupt(number: int, frame: FrameType | None) -> None:
+        if stop.is_set():
+            signal.default_int_handler(number, frame)
+        stop.set()
+
+    before = signal.signal(signal.SIGINT, on_interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def answer(study: Study, problem: DesignProblem) -> tuple[Evaluation, int]:
+    """Return the evaluation of a study's answer, one design, and the number of its trial.
+
+    Raises:
+        ValueError: if the study has no finished trial.
+    """
+    designs = designs_of(study, problem)
+    i = problem.evaluate(designs).best()
+    return problem.evaluate(designs[i : i + 1]), finished(study)[i].number

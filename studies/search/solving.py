@@ -1,0 +1,158 @@
+"""Tasks of the Family solved chunk after chunk, kept and reported."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import partial
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress, TaskID
+
+from pkm_gym.core.pool import write_npz
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import AGREEMENT, Solutions, solve_tasks
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
+
+CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
+NAMED = 20  # uncertified tasks that are named one by one
+
+ARRAYS = tuple(item.name for item in fields(Solutions) if item.name != "evaluations")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be solved, and the file in which finished chunks wait for the others."""
+
+    problem: DesignProblem
+    tasks: FloatArray
+    starts: FloatArray
+    seed: int
+    command: str
+    part: Path
+
+    def chunks(self) -> Iterator[tuple[int, FloatArray]]:
+        """Yield a seed and the tasks of each chunk."""
+        for chunk, first in enumerate(range(0, len(self.tasks), CHUNK)):
+            state = np.random.SeedSequence([self.seed, chunk]).generate_state(1, np.uint64)
+            yield int(state[0]), self.tasks[first : first + CHUNK]
+
+    def keep(self, solved: Solutions) -> None:
+        """Write what is solved so far."""
+        content = {item.name: getattr(solved, item.name) for item in fields(Solutions)}
+        write_npz(self.part, {**content, "hash": self.problem.hash(), "command": self.command})
+
+    def kept(self) -> Solutions | None:
+        """Read what an earlier run of the same command has solved.
+
+        Raises:
+            ValueError: for a part file that is unreadable or belongs to another run.
+        """
+        if not self.part.exists():
+            return None
+        again = f"delete it, or choose another file with -o, to solve {self.problem.name} afresh"
+        try:
+            with self.part.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+                content = {name: archive[name] for name in archive.files}
+            solved = Solutions(
+                **{name: content[name] for name in ARRAYS}, evaluations=int(content["evaluations"])
+            )
+            owner = str(content["hash"]), str(content["command"])
+        except Exception:  # zip, zlib and npy headers each raise their own
+            raise ValueError(f"{str(self.part)!r} is no part of a pool: {again}") from None
+        if owner != (self.problem.hash(), self.command):
+            raise ValueError(
+                f"{str(self.part)!r} was left by another run ({owner[1]!r}): go on with that one, "
+                f"or {again}"
+            )
+        return solved
+
+
+def solve(job: Job, screen: Console) -> Solutions:
+    """Solve chunk after chunk, keep each, and report; what an earlier run kept is taken up."""
+    solved = job.kept()
+    resumed = solved.evaluations if solved else 0
+    began = time.monotonic()
+    try:
+        solved = _solve_rest(job, solved, screen)
+    except KeyboardInterrupt:
+        screen.print(
+            f"what is solved is kept in {job.part}: the same command goes on from there"
+            if job.part.exists()
+            else f"nothing is kept before the first {CHUNK} tasks are solved",
+            soft_wrap=True,
+        )
+        raise
+    seconds = time.monotonic() - began
+    _summarise(screen, job.problem, solved)
+    evaluations = solved.evaluations - resumed
+    screen.print(
+        f"{evaluations:,} evaluations in {seconds:.1f} s"
+        + (f", {resumed:,} more by an earlier run" if resumed else ""),
+        style=FAINT,
+    )
+    return solved
+
+
+def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
+    with counter(screen, "tasks") as bar:
+        done = len(solved.tasks) if solved else 0
+        line = bar.add_task("solving", total=len(job.tasks), completed=done)
+        for seed, tasks in list(job.chunks())[ceil(done / CHUNK) :]:
+            part = solve_tasks(
+                job.problem,
+                tasks,
+                seed=seed,
+                progress=partial(_advance, bar, line, done),
+            )
+            solved = _joined(solved, part)
+            done = len(solved.tasks)
+            job.keep(solved)
+    assert solved is not None  # there is at least one task
+    return solved
+
+
+def _advance(bar: Progress, line: TaskID, before: int, count: int) -> None:
+    bar.update(line, completed=before + count)
+
+
+def _joined(first: Solutions | None, second: Solutions) -> Solutions:
+    if first is None:
+        return second
+    arrays = {
+        name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in ARRAYS
+    }
+    return Solutions(**arrays, evaluations=first.evaluations + second.evaluations)
+
+
+def _summarise(screen: Console, problem: DesignProblem, solved: Solutions) -> None:
+    n, solvable = len(solved.tasks), int(solved.solvable.sum())
+    certified = int(solved.certified.sum())
+    rows = table("tasks", "count", "share", numbers=["count", "share"])
+    rows.add_row("drawn", f"{n}", "")
+    rows.add_row("solvable", f"{solvable}", _share(solvable, n))
+    style = GOOD if certified == n else BAD
+    rows.add_row("certified", f"{certified}", _share(certified, n), style=style)
+    screen.print(rows)
+    open_tasks = np.flatnonzero(~solved.certified)
+    if len(open_tasks):
+        named = ", ".join(map(str, open_tasks[:NAMED])) + (" ..." if certified < n - NAMED else "")
+        screen.print(
+            f"not certified, since two seeds differ by more than {AGREEMENT:g}: tasks {named}",
+            style=BAD,
+        )
+    screen.print(section("Limits that hold the optima back"))
+    limits = table("limit", "optima", "share", numbers=["optima", "share"])
+    for name, count in zip(problem.constraint_names, solved.active.sum(axis=0), strict=True):
+        if count:
+            limits.add_row(name, f"{count}", _share(count, solvable))
+    screen.print(limits)
+
+
+def _share(count: int, whole: int) -> str:
+    return f"{100.0 * count / whole:.1f} %" if whole else ""

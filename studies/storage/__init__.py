@@ -1,0 +1,1 @@
+"""Where studies live, and the studies of one problem."""

@@ -1,0 +1,181 @@
+"""The studies of one problem in a storage."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from dataclasses import asdict
+from datetime import datetime, timedelta
+from importlib.metadata import version
+from typing import Any, Literal
+
+import numpy as np
+import optuna
+from optuna import Study
+from optuna.storages import BaseStorage
+from optuna.study import StudyDirection
+from optuna.trial import FrozenTrial, TrialState
+
+from pkm_gym.core.names import unknown
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.storage.storages import study_names
+
+LIBRARIES = ("pkm_gym", "optuna", "numpy", "numba")
+
+# A trial that has been running for longer was left behind by a process that died.
+STALE = timedelta(minutes=10)
+
+# What the values of a study's trials are.
+Values = Literal["objectives", "merit"]
+
+
+def load_study(storage: BaseStorage, name: str) -> Study:
+    """Load a study that must exist.
+
+    Raises:
+        ValueError: with the closest match, if there is none of that name.
+    """
+    names = study_names(storage)
+    if not names:
+        raise ValueError(f"there is no study {name!r}: the storage is empty")
+    if name not in names:
+        raise ValueError(unknown("study", name, names))
+    return optuna.load_study(study_name=name, storage=storage)
+
+
+def open_study(
+    problem: DesignProblem,
+    storage: BaseStorage,
+    name: str,
+    *,
+    values: Values = "objectives",
+    command: str = "",
+) -> Study:
+    """Make a study of a problem and its task, or open it.
+
+    Args:
+        problem: what is searched, with its task.
+        storage: where the study lives.
+        name: of the study.
+        values: what its trials' values are.
+        command: kept with a new study.
+
+    Raises:
+        ValueError: in one sentence, if the study stands for another problem, task or kind of
+            values.
+    """
+    words = problem.directions if values == "objectives" else ("minimize",)
+    directions = [StudyDirection[word.upper()] for word in words]
+    study = optuna.create_study(
+        study_name=name, storage=storage, directions=directions, load_if_exists=True
+    )
+    identity = _identity(problem, values)
+    kept = study.user_attrs
+    if "hash" not in kept and not count_finished(study):
+        for key, value in ({"command": command, "versions": _versions()} | identity).items():
+            study.set_user_attr(key, value)
+        _name_metrics(study, problem, values)
+        return study
+    _check_identity(name, kept, identity)
+    return study
+
+
+def _identity(problem: DesignProblem, values: Values) -> dict[str, Any]:
+    """Return what must agree for two runs to share a study; the hash, last, completes it."""
+    return {
+        "problem": problem.name,
+        "objectives": [f"{o.name} [{o.unit}]" if o.unit else o.name for o in problem.objectives],
+        "variables": {v.name: [v.low, v.high] for v in problem.variables},
+        "fixed": dict(problem.fixed),
+        "options": _plain(problem.options),
+        "task": _plain(problem.task),
+        "values": values,
+        "hash": problem.hash(),
+    }
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    """Return a dataclass as what JSON gives back."""
+    plain: dict[str, Any] = json.loads(json.dumps(asdict(record)))
+    return plain
+
+
+def _check_identity(name: str, kept: dict[str, Any], wanted: dict[str, Any]) -> None:
+    if "hash" not in kept:
+        raise ValueError(f"the study {name!r} was not made by pkm_gym: choose another --name")
+    for key, value in wanted.items():
+        if kept.get(key) != value:
+            what = _difference(kept.get(key), value) if key != "hash" else "its version"
+            raise ValueError(
+                f"the study {name!r} stands for another problem ({key}: {what}): choose another "
+                "--name"
+            )
+
+
+def _difference(kept: Any, wanted: Any) -> str:
+    """Say how two recorded values differ: of mappings, only the entries that do."""
+    if isinstance(kept, dict) and isinstance(wanted, dict):
+        names = [n for n in {**kept, **wanted} if kept.get(n) != wanted.get(n)]
+        kept, wanted = ({n: d[n] for n in names if n in d} for d in (kept, wanted))
+    return f"{kept or 'none'} there, {wanted or 'none'} here"
+
+
+def _versions() -> dict[str, str]:
+    return {library: version(library) for library in LIBRARIES}
+
+
+def stands_for(study: Study, problem: DesignProblem) -> bool:
+    """Whether a study searches just this problem and task."""
+    kept = study.user_attrs
+    return bool(kept.get("hash") == problem.hash() and kept.get("task") == _plain(problem.task))
+
+
+def version_note(study: Study) -> str:
+    """Say which libraries have changed since the study was made, or nothing."""
+    kept = study.user_attrs.get("versions", {})
+    changed = [
+        f"{library} {kept[library]} then, {now} now"
+        for library, now in _versions().items()
+        if kept.get(library, now) != now
+    ]
+    return f"the study was made with other versions: {'; '.join(changed)}" if changed else ""
+
+
+def _name_metrics(study: Study, problem: DesignProblem, values: Values) -> None:
+    names = [o.name for o in problem.objectives] if values == "objectives" else ["merit"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        study.set_metric_names(names)
+
+
+def finished(study: Study) -> list[FrozenTrial]:
+    """Return the trials that have values."""
+    return study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+
+
+def count_finished(study: Study) -> int:
+    """Return how many trials have values."""
+    return len(finished(study))
+
+
+def fail_stale(study: Study) -> None:
+    """Tell as failed what a process that died has left running."""
+    for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+        if trial.datetime_start and datetime.now() - trial.datetime_start > STALE:
+            study.tell(trial.number, state=TrialState.FAIL, skip_if_finished=True)
+
+
+def designs_of(study: Study, problem: DesignProblem) -> FloatArray:
+    """Return the designs (n, d) of a study's finished trials.
+
+    Raises:
+        ValueError: if the study is empty, or its trials lack a variable of the problem.
+    """
+    trials = finished(study)
+    if not trials:
+        raise ValueError(f"the study {study.study_name!r} has no finished trial")
+    missing = [n for n in problem.variable_names if any(n not in t.params for t in trials)]
+    if missing:
+        raise ValueError(f"the study {study.study_name!r} has no {', '.join(missing)}")
+    return np.array([[t.params[n] for n in problem.variable_names] for t in trials])

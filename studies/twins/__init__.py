@@ -1,0 +1,1 @@
+"""What simulated machines say of designs."""

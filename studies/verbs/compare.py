@@ -1,0 +1,56 @@
+"""``pkm-gym compare``: the paper, its grid, a polished design and the samplers, side by side."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.terminal import console
+from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
+from pkm_gym.studies.report.rows import rich_table
+from pkm_gym.studies.storage.storages import run_folder
+
+
+def command(
+    name: Name,
+    evaluations: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Designs that each run may evaluate.")
+    ] = EVALUATIONS,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of each sampler.")] = SEEDS,
+    full: Annotated[
+        bool,
+        typer.Option("--full", help="With the sampler gp too, which takes many minutes."),
+    ] = False,
+    agents: Annotated[
+        bool,
+        typer.Option("--agents", help="With PPO and SAC trained on this task, some minutes each."),
+    ] = False,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+) -> None:
+    """Compare the paper's optimum, its grid if it has one, a polished design and Optuna's samplers.
+
+    Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
+    every run, to compare.json.
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    screen = console()
+    with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
+        comparison = compare(
+            problem,
+            evaluations=evaluations,
+            seeds=seeds,
+            full=full,
+            agents=agents,
+            progress=progress,
+        )
+    screen.print(rich_table(problem, comparison.rows))
+    if comparison.verdict:
+        screen.print(comparison.verdict)
+    written = save(comparison, run_folder(name), own_command())
+    screen.print(f"written: {', '.join(map(str, written))}", soft_wrap=True)

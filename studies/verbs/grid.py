@@ -1,0 +1,81 @@
+"""``pkm-gym grid``: a grid in one call, as an atlas and as a study of its best."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.options import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SetOption,
+    StorageOption,
+)
+from pkm_gym.studies.cli.terminal import BAD, console
+from pkm_gym.studies.grid.grid import LOGGED, best_of_grid, grid, grid_line, grid_study_name
+from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.storage.storages import default_storage, redacted, run_folder
+
+
+def command(
+    name: Name,
+    step: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Evaluate our grid, this step in SI apart in every variable over its bounds, in "
+            "place of the paper's; 0.01 where the paper has none.",
+            show_default=False,
+        ),
+    ] = None,
+    storage: StorageOption = None,
+    study_name: Annotated[
+        str | None,
+        typer.Option(
+            "--name",
+            metavar="STUDY",
+            help="Of the study; NAME-grid, with a step NAME-grid-S, if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The atlas; runs/NAME/grid.nc if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+) -> None:
+    """Evaluate the paper's grid in one call, write all of it to a file and log its best designs.
+
+    Where the paper has no grid, or with --step, it is one of ours. The file is NetCDF:
+    xarray.open_dataset reads it.
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    evaluation = grid(
+        problem, step=step, storage=storage, name=study_name, output=output, command=own_command()
+    )
+    screen = console()
+    feasible = int(evaluation.feasible.sum())
+    screen.print(grid_line(evaluation, step))
+    best = problem.evaluate(evaluation.designs[evaluation.best()][None])
+    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step))))
+    if not feasible:
+        screen.print("no design of the grid is feasible, so none is logged", style=BAD)
+    else:
+        where = redacted(storage or default_storage(name))
+        logged = f"{study_name or grid_study_name(problem, step)} in {where}"
+        screen.print(f"study: {logged}, the best {min(feasible, LOGGED)} designs", soft_wrap=True)
+    screen.print(f"atlas: {output or run_folder(name) / 'grid.nc'}", soft_wrap=True)

@@ -1,0 +1,147 @@
+"""``pkm-gym list``: the design problems, or one of them in full."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import gymnasium
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.units import converted, shown
+from pkm_gym.mechanisms import declaration, make_problem, problems
+from pkm_gym.studies.cli.terminal import FAINT, HEAD, console, section, table
+
+
+def command(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Show this one in full.")
+    ] = None,
+) -> None:
+    """Show the registered design problems, or one in full."""
+    screen = console()
+    if name is None:
+        _show_all(screen)
+    else:
+        _show_one(screen, make_problem(name, **declaration(name).reporting))
+
+
+def _show_all(screen: Console) -> None:
+    rows = table("mechanism", "problem", "variables", "objectives")
+    for name in problems():
+        problem = make_problem(name)
+        drawn = sum(variable.drawn for variable in problem.task_variables)
+        count = f"{len(problem.task_variables)} task fields, {drawn} drawn by the Family"
+        rows.add_row(
+            Text(name, style=HEAD),
+            "\n".join([problem.title, count, *_environments(name)]),
+            "\n".join(
+                f"{v.name} {_range(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
+                for v in problem.all_variables
+            ),
+            "\n".join(objective.name for objective in problem.all_objectives),
+        )
+    screen.print(rows)
+    screen.print("pkm-gym list NAME shows one in full", style=FAINT)
+
+
+def _show_one(screen: Console, problem: DesignProblem) -> None:
+    screen.print(Text.assemble((problem.name, HEAD), f": {problem.title}"))
+    paper = problem.reference.paper
+    screen.print(
+        f"{paper['authors']} ({paper['year']}). {paper['title']}. {paper['journal']} "
+        f"{paper['volume']}, {paper['pages']}.",
+        style=FAINT,
+    )
+    screen.print(f"environments: {', '.join(_environments(problem.name)) or 'none'}")
+    for note in problem.notes:
+        screen.print(note)
+    for title, rows in (
+        ("Variables and the printed design", _variables(problem)),
+        ("Task (--set task.FIELD=VALUE), and from where a Family draws it", _task(problem)),
+        ("Options (--set OPTION=VALUE)", _options(problem)),
+        (
+            "Objectives (--objective NAME), verified optima of the paper's task",
+            _objectives(problem),
+        ),
+        ("Indices", _indices(problem)),
+        ("Constraints", _constraints(problem)),
+    ):
+        screen.print(section(title))
+        screen.print(rows)
+
+
+def _variables(problem: DesignProblem) -> Any:
+    rows = table("variable", "range", "printed", "unit", "what it is", numbers=["printed"])
+    for v in problem.all_variables:
+        printed, unit = shown(problem.reference.design[v.name], v.unit)
+        rows.add_row(v.name, _range(v.low, v.high, v.unit), printed, unit, v.doc)
+    for name, (value, unit) in problem.derived(problem.printed_design()).items():
+        rows.add_row(name, "", *shown(value, unit), "derived", style=FAINT)
+    return rows
+
+
+def _task(problem: DesignProblem) -> Any:
+    rows = table("field", "default", "unit", "Family", "allowed", "what it is", numbers=["default"])
+    for v in problem.task_variables:
+        drawn = _range(v.low, v.high, v.unit) if v.drawn else ""
+        allowed = _range(v.legal_low, v.legal_high, v.unit)
+        rows.add_row(v.name, *shown(v.default, v.unit), drawn, allowed, v.doc)
+    return rows
+
+
+def _options(problem: DesignProblem) -> Any:
+    rows = table("option", "default", "allowed", "what it is")
+    for item in problem.options_type.table():
+        rows.add_row(item.name, _written(item.default), item.allowed, item.doc)
+    return rows
+
+
+def _objectives(problem: DesignProblem) -> Any:
+    rows = table("objective", "direction", "optimum", "unit", numbers=["optimum"])
+    for objective in problem.all_objectives:
+        best = problem.reference.optima.get(objective.name)
+        number, unit = shown(best.value if best else float("nan"), objective.unit)
+        rows.add_row(objective.name, objective.direction, number if best else "", unit)
+    return rows
+
+
+def _indices(problem: DesignProblem) -> Any:
+    rows = table("index", "unit", "what it is")
+    for index in problem.index_table:
+        rows.add_row(index.name, shown(0.0, index.unit)[1], index.doc)
+    return rows
+
+
+def _constraints(problem: DesignProblem) -> Any:
+    rows = table("constraint", "what it says", "violation")
+    own = {limit.name: limit.doc for limit in problem.declared.own_limits}
+    for limit in problem.declared.constraints:
+        if isinstance(limit, str):
+            rows.add_row(limit, own[limit], "the mechanism's own")
+            continue
+        words = f"{limit.quantity} {limit.side_words} {limit.bound_words}"
+        share = "share of the bound" if limit.relative(problem.unit(limit.quantity)) else "absolute"
+        rows.add_row(limit.name, words, share)
+    return rows
+
+
+def _environments(name: str) -> list[str]:
+    return [
+        env_id
+        for env_id, spec in gymnasium.registry.items()
+        if spec.namespace == "PKM" and spec.kwargs.get("problem") == name
+    ]
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    return " to ".join(f"{converted(value, unit)[0]:.4g}" for value in (low, high))
+
+
+def _written(value: Any) -> str:
+    """Return an option's value as it is typed on the command line."""
+    if isinstance(value, tuple):
+        return "x".join(map(str, value))
+    return str(value).lower() if isinstance(value, bool) else str(value)

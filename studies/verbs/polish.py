@@ -1,0 +1,97 @@
+"""``pkm-gym polish``: from a known design to the optimum near it, beside the verified one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Annotated
+
+import typer
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import Task
+from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.cli.arguments import design_from, problem_from
+from pkm_gym.studies.cli.options import (
+    DesignOption,
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    StorageOption,
+)
+from pkm_gym.studies.cli.terminal import BAD, FAINT, console
+from pkm_gym.studies.report.rows import paper_rows, rich_table, row_of
+from pkm_gym.studies.search.polish import best_known, judged, polish, verified_optimum
+from pkm_gym.studies.search.starts import warm_designs
+from pkm_gym.studies.storage.storages import default_storage, quiet
+
+
+def command(
+    name: Name,
+    source: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="paper|grid|STUDY",
+            help="Where the start is from; the best study of this problem, or the printed design, "
+            "if neither this nor a design is given.",
+            show_default=False,
+        ),
+    ] = None,
+    set_: DesignOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+    storage: StorageOption = None,
+) -> None:
+    """Polish a design: search its neighbourhood for the optimum and compare with the verified one.
+
+    Example: pkm-gym polish diamond --set lam_e=0.6 lam_l=2.5 gap=0.4
+    """
+    problem = problem_from(name, set_, fix, range_, objective, takes_design=True)
+    if _gives_design(problem, set_):
+        if source is not None:
+            raise ValueError(f"--from {source} and a design in --set are two starts: leave one out")
+        given = design_from(problem, set_)
+        problem, source = _with_task(problem, given.task), "the design in --set"
+        start = given.design[None]
+    else:
+        source, start = _start(problem, source, storage or default_storage(name))
+    optimum = verified_optimum(problem)
+    before = problem.evaluate(start)
+    after = polish(problem, start)
+    screen = console()
+    rows = [*paper_rows(problem, optimum)]
+    rows.append(row_of("start", before, before.best(), optimum))
+    polished = row_of("polished", after, 0, optimum)
+    rows += [polished, optimum] if optimum else [polished]
+    screen.print(f"start: {source}")
+    screen.print(rich_table(problem, rows))
+    screen.print(f"polished: {judged(polished, optimum)}")
+    if not after.feasible[0]:
+        screen.print(after.explain(0), style=BAD)
+    values = " ".join(f"{key}={x:.9g}" for key, x in problem.named(after.designs[0]).items())
+    screen.print(f"pkm-gym evaluate {name} --set {values}", style=FAINT, soft_wrap=True)
+
+
+def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str, FloatArray]:
+    with quiet():
+        if source is None:
+            return best_known(problem, where)
+        return f"the best of {source}", warm_designs(problem, source, where)
+
+
+def _gives_design(problem: DesignProblem, set_: Iterable[str] | None) -> bool:
+    names = {variable.name for variable in problem.all_variables} | set(problem.declared.dimensions)
+    return any(text.partition("=")[0].strip() in names for text in set_ or ())
+
+
+def _with_task(problem: DesignProblem, task: Task) -> DesignProblem:
+    return type(problem)(
+        task=task,
+        objective=[objective.name for objective in problem.objectives],
+        fixed=problem.fixed,
+        bounds={v.name: (v.low, v.high) for v in problem.variables},
+        **asdict(problem.options),
+    )

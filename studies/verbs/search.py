@@ -1,0 +1,121 @@
+"""``pkm-gym search``: search a design space with Optuna, resumable, in batches, by workers."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.options import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SetOption,
+    StorageOption,
+)
+from pkm_gym.studies.cli.terminal import BAD, FAINT, console
+from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.search.samplers import SAMPLERS
+from pkm_gym.studies.search.search import TRIALS, Found, search, search_bar
+from pkm_gym.studies.storage.storages import redacted
+
+
+def command(
+    name: Name,
+    sampler: Annotated[
+        str, typer.Option(metavar="SAMPLER", help=f"One of {', '.join(SAMPLERS)}.")
+    ] = "tpe",
+    trials: Annotated[
+        int, typer.Option(metavar="N", min=1, help="How many finished trials the study shall have.")
+    ] = TRIALS,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the sampler.")] = 0,
+    storage: StorageOption = None,
+    study_name: Annotated[
+        str | None,
+        typer.Option(
+            "--name",
+            metavar="STUDY",
+            help="Of the study; NAME-SAMPLER if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+    warm_start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="paper|grid|designer:N|STUDY",
+            help="Try these designs first: the printed one, the first N of a trained designer, or "
+            "the best ten of the paper's grid or of a study in the same storage. Repeat it for "
+            "several.",
+        ),
+    ] = None,
+    batch: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Designs asked for and evaluated at once.")
+    ] = 1,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Threads.")] = 1,
+    worker: Annotated[
+        int,
+        typer.Option(
+            metavar="K",
+            min=0,
+            help="Number of this process, when several search the same study at once.",
+        ),
+    ] = 0,
+) -> None:
+    """Search the design space with Optuna; the same command again goes on where it was.
+
+    Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    screen = console()
+    began = time.monotonic()
+    with search_bar(screen, problem, trials) as report:
+        found = search(
+            problem,
+            sampler=sampler,
+            trials=trials,
+            seed=seed,
+            storage=storage,
+            name=study_name,
+            warm_start=warm_start or (),
+            batch=batch,
+            jobs=jobs,
+            worker=worker,
+            command=own_command(),
+            report=report,
+        )
+    if found.stopped:
+        screen.print(
+            f"stopped: {found.finished} of {trials} trials are finished and kept; the same "
+            "command goes on from there",
+            soft_wrap=True,
+        )
+        raise KeyboardInterrupt
+    show(screen, found)
+    screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
+
+
+def show(screen: Console, found: Found) -> None:
+    """Print what a search found beside the paper's numbers, and where it is."""
+    best, study = found.best, found.study
+    problem = best.problem
+    rows = rows_beside_paper(best, f"best, trial {found.trial}")
+    screen.print(rich_table(problem, rows))
+    if not best.feasible[0]:
+        screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)
+        screen.print(best.explain(0), style=BAD)
+    if len(problem.objectives) > 1:
+        screen.print(f"{len(study.best_trials)} designs on the Pareto front")
+    if found.note:
+        screen.print(found.note, style=FAINT)
+    screen.print(
+        f"study: {study.study_name} in {redacted(found.storage)}, {found.finished} trials",
+        soft_wrap=True,
+    )

@@ -1,0 +1,50 @@
+"""``pkm-gym study``: grid, search, polish and compare in one go, and what came out of it."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.terminal import BAD, HEAD, console
+from pkm_gym.studies.comparison.study import study, summary
+from pkm_gym.studies.search.search import TRIALS
+
+
+def command(
+    name: Name,
+    trials: Annotated[
+        int, typer.Option(metavar="N", min=1, help="How many trials the search shall have.")
+    ] = TRIALS,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the search.")] = 0,
+    study_name: Annotated[
+        str | None,
+        typer.Option(
+            "--name",
+            metavar="STUDY",
+            help="What the names of its studies begin with; NAME if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    set_: SetOption = None,
+    fix: FixOption = None,
+    range_: RangeOption = None,
+    objective: ObjectiveOption = None,
+) -> None:
+    """Evaluate a grid, search with Optuna, polish the best design, compare all ways.
+
+    Everything goes to runs/NAME; the same command again goes on where it was.
+    """
+    problem = problem_from(name, set_, fix, range_, objective)
+    screen = console()
+    began = time.monotonic()
+    best = study(problem, screen, trials=trials, seed=seed, name=study_name)
+    screen.print(Text(f"\n{problem.title}, {time.monotonic() - began:.0f} s", style=HEAD))
+    if not best.feasible[0]:
+        screen.print(best.explain(0), style=BAD)
+    for line in summary(best):
+        screen.print(line, soft_wrap=True)

@@ -1,0 +1,106 @@
+"""``pkm-gym twin-check``: the analytic models against MuJoCo."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from pkm_gym.core.names import check_known
+from pkm_gym.mechanisms import make_problem, problems
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pkm_gym.twin.check import Row
+
+ALL = "all"
+
+
+def command(
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME|all]", help="The mechanism: see `pkm-gym list`.")
+    ] = ALL,
+    designs: Annotated[
+        int, typer.Option(min=0, help="Random feasible designs, beside the printed one.")
+    ] = 50,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random designs.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+) -> None:
+    """Compare the analytic models with their MuJoCo twins, quantity by quantity.
+
+    The printed design and random feasible ones for the paper's task; each row shows the worst of
+    them. The exit code is 1 where a limit is broken.
+
+    Example: pkm-gym twin-check spr3
+    """
+    check_known("mechanism", [name], (*problems(), ALL))
+    names = machines() if name == ALL else (name,)
+    rows: list[Row] = []
+    screen = Console(stderr=True) if as_json else console()
+    with counter(screen, "designs") as bar:
+        for each in names:
+            line = bar.add_task(each, total=designs + 1)
+            rows += _check(each, designs, seed, partial(bar.advance, line))
+    if as_json:
+        print(json.dumps([asdict(row) | {"holds": row.holds} for row in rows], indent=2))
+    else:
+        _show(console(), rows, designs)
+    if not all(row.holds for row in rows):
+        raise typer.Exit(1)
+
+
+def machines() -> tuple[str, ...]:
+    """Return the problems to check: the first one of each mechanism that has a twin."""
+    first: dict[str, str] = {}
+    for name in problems():
+        problem = make_problem(name)
+        module = problem.mechanism(problem.printed_design()).twin_module
+        if module:
+            first.setdefault(module, name)
+    return tuple(first.values())
+
+
+def _check(name: str, designs: int, seed: int, progress: Callable[[], None]) -> tuple[Row, ...]:
+    from pkm_gym.twin.check import check_designs, random_designs
+
+    problem = make_problem(name)
+    chosen = np.concatenate([
+        problem.printed_design()[None], random_designs(problem, designs, seed)
+    ])  # fmt: skip
+    return check_designs(problem, chosen, progress)
+
+
+def _show(screen: Console, rows: Iterable[Row], designs: int) -> None:
+    rows = tuple(rows)
+    screen.print(section(f"The printed design and {designs} random feasible ones, worst of all"))
+    screen.print(_table(rows))
+    for name, solver in {row.mechanism: row.solver for row in rows}.items():
+        screen.print(Text(f"{name}: MuJoCo with {solver}", style=FAINT))
+
+
+def _table(rows: Iterable[Row]) -> Table:
+    numbers = ("worst", "limit")
+    shown = table("mechanism", "quantity", "worst", "limit", "unit", "", "at", numbers=numbers)
+    for row in rows:
+        limit = "" if row.limit is None else f"{row.limit:.0e}"
+        verdict = Text("holds", style=GOOD) if row.holds else Text("broken", style=BAD)
+        shown.add_row(
+            row.mechanism,
+            row.quantity,
+            f"{row.worst:.1e}",
+            limit,
+            row.unit or "of largest",
+            verdict if limit else "",
+            Text(row.where, style=FAINT),
+        )
+    return shown

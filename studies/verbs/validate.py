@@ -1,0 +1,98 @@
+"""``pkm-gym validate``: do the torque indices rank designs as a simulated machine's motors do?"""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.mechanisms import declaration, make_problem
+from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
+from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
+
+
+def command(
+    name: Name,
+    designs: Annotated[int, typer.Option(min=3, help="Random feasible designs.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random designs.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="The scatter plot (.png, .svg or .pdf); runs/NAME/validate.png if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON; a plot only if --out names one.")
+    ] = False,
+) -> None:
+    """Compare torque indices with the peak motor torque of simulated machines.
+
+    Each design's MuJoCo twin, with uniform rods, runs the paper's pick-and-place cycle once under
+    computed torque.
+
+    Example: pkm-gym validate diamond
+    """
+    problem = _problem(name)
+    screen = Console(stderr=True) if as_json else console()
+    with counter(screen, "designs") as bar:
+        line = bar.add_task("simulated", total=designs)
+        found = validate(problem, designs, seed, partial(bar.advance, line))
+    path = out or (None if as_json else Path("runs") / name / "validate.png")
+    if path is not None:
+        from pkm_gym.plots import save
+
+        save(scatter(found), path, dpi=150)
+    if as_json:
+        print(json.dumps(_content(found), indent=2))
+    else:
+        _show(screen, found)
+        print(f"\npicture: {path}")
+
+
+def _problem(name: str) -> DesignProblem:
+    problem = make_problem(name, **declaration(name).reporting)
+    missing = [index for index in INDICES if index not in problem.index_names]
+    if missing:
+        raise ValueError(f"{name} has no {' and no '.join(missing)} to validate")
+    return problem
+
+
+def _content(found: Validation) -> dict[str, Any]:
+    return {
+        "designs": len(found.peaks),
+        "largest_path_error": float(found.errors.max()),
+        "indices": {
+            name: {
+                "unit": found.units[name],
+                "rank_correlation": found.rank(name),
+                "measured_over_index": dict(
+                    zip(("least", "median", "largest"), found.ratio(name), strict=True)
+                ),
+            }
+            for name in INDICES
+        },
+    }
+
+
+def _show(screen: Console, found: Validation) -> None:
+    heads = ("index", "unit", "rank correlation", "least", "median", "largest")
+    shown = table(*heads, numbers=heads[2:])
+    for name in INDICES:
+        ratios = [f"{ratio:.4g}" for ratio in found.ratio(name)]
+        shown.add_row(name, found.units[name], f"{found.rank(name):.4f}", *ratios)
+    screen.print(section(f"Peak motor torque of {len(found.peaks)} twins over their indices"))
+    screen.print(shown)
+    screen.print(
+        Text(f"largest distance from the path: {1e3 * found.errors.max():.2f} mm", style=FAINT)
+    )

@@ -1,0 +1,150 @@
+"""The figures of each mechanism, as its ``figures.py`` draws them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym import plots
+from pkm_gym.core.trajectory import duration_345
+from pkm_gym.mechanisms.diamond import figures as diamond
+from pkm_gym.studies.verbs.figures import figures_of
+
+
+def pictures_of(name):
+    return figures_of(name)[0]
+
+
+@pytest.fixture
+def model():
+    return pkm_gym.make_problem("diamond")
+
+
+@pytest.fixture(scope="module")
+def spr3():
+    return pkm_gym.make_problem("spr3")
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "name"),
+    [
+        (mechanism, name)
+        for mechanism in pkm_gym.problems()
+        for name in sorted(set(pictures_of(mechanism)) - {"fig7_intervals"})
+    ],
+)
+def test_each_figure_is_drawn(mechanism, name):
+    problem = pkm_gym.make_problem(mechanism)
+    pixels = plots.figure_to_array(pictures_of(mechanism)[name].draw(problem))
+    assert (pixels < 128).any(axis=2).mean() > 0.01
+
+
+def test_every_problem_has_figures(problem):
+    assert len(pictures_of(problem.name)) > 1
+
+
+def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
+    optima = model.reference.optima
+    monkeypatch.setattr(diamond, "SCAN", np.array([0.3, 0.6, 0.7]))
+    printed = diamond.intervals(model).axes[0]
+    curves = {line.get_label(): line.get_ydata() for line in printed.lines}
+    assert list(np.isfinite(curves["[0.6, 1.5]"])) == [True, True, False]
+    assert curves["[0.6, 1.5]"][1] == pytest.approx(
+        optima["tau_G_at_printed_lam_e"].value, rel=1e-7
+    )
+    feasible = {label for label, y in curves.items() if label[0] == "[" and np.isfinite(y[2])}
+    assert feasible == {"[0.7, 1.6]"}
+    upper = [line for line in printed.lines if line.get_marker() == "^" and len(line.get_xdata())]
+    lower = [line for line in printed.lines if line.get_marker() == "v" and len(line.get_xdata())]
+    assert len(upper) == 6
+    assert lower == []
+
+
+def test_the_wedge_marks_the_printed_design_and_the_apex(model):
+    axes = diamond.wedge(model).axes[0]
+    marked = {line.get_label(): line.get_xydata()[0] for line in axes.lines}
+    reference = model.reference
+    printed = next(point for name, point in marked.items() if name.startswith("paper"))
+    apex = next(point for name, point in marked.items() if name.startswith("polished"))
+    assert tuple(printed) == pytest.approx((reference["lam_l"].printed, reference["lam_H"].printed))
+    assert tuple(apex) == pytest.approx((reference["lam_l"].ours, reference["lam_H"].ours))
+    values = {name.split()[0]: float(name.split()[1]) for name in marked}
+    assert values["paper"] > values["grid"] > values["polished"]
+
+
+def test_the_cycle_shows_the_peak_and_parts_that_add_up(model):
+    axes = diamond.cycle(model).axes[0]
+    lines = {line.get_label(): line.get_ydata() for line in axes.lines}
+    parts = sum(lines[name] for name in ("inertia", "velocity", "gravity"))
+    np.testing.assert_allclose(lines["total"], parts, atol=1e-9)
+    reference = model.reference
+    assert abs(lines["total"]).max() == pytest.approx(reference["tau_peak"].ours, rel=1e-6)
+    words = [text.get_text() for text in axes.texts]
+    assert words == [
+        f"peak {reference['tau_peak'].ours:.2f} N·m", f"rms {reference['tau_rms'].ours:.2f} N·m",
+    ]  # fmt: skip
+
+
+def curves(axes):
+    """The legs' curves (n, 3) of a panel, and their times (n,)."""
+    lines = [line for line in axes.lines if line.get_label().startswith("leg")]
+    return lines[0].get_xdata(), np.stack([line.get_ydata() for line in lines], axis=-1)
+
+
+def test_the_legs_stay_in_range_along_the_largest_path(spr3):
+    figure = pictures_of("spr3")["fig3_lengths"].draw(spr3)
+    machine = spr3.mechanism(spr3.printed_design())
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert [title.split("= ")[1] for title in titles] == [
+        "0 deg, legs 1 and 2 alike", "30 deg", "60 deg, legs 1 and 3 alike", "90 deg"
+    ]  # fmt: skip
+    ends = np.array([(curves(a)[1].min(), curves(a)[1].max()) for a in figure.axes])
+    assert ends.min() == pytest.approx(1e3 * machine.q_min, rel=1e-6)
+    assert ends.max() == pytest.approx(1e3 * machine.q_max, rel=1e-6)
+    note = figure.texts[1].get_text()
+    assert "0.26 to 0.99 m" in note
+    assert "does not fit" in note
+    assert f"R {1e3 * spr3.reference['path_R'].ours:.1f} mm" in note
+    time, reference = curves(figure.axes[0])[0][-1], spr3.reference
+    limits = reference["speed"].printed, reference["acceleration"].printed
+    radius, height = reference["path_R"].ours, reference["path_h"].ours
+    expected = 2.0 * duration_345(height, *limits) + duration_345(2.0 * radius, *limits)
+    assert time == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_rates_are_the_slopes_of_the_lengths(spr3):
+    lengths = pictures_of("spr3")["fig3_lengths"].draw(spr3).axes
+    rates = pictures_of("spr3")["fig4_rates"].draw(spr3).axes
+    for one, other in zip(lengths, rates, strict=True):
+        time, values = curves(one)
+        slopes = np.gradient(values, time, axis=0)[1:-1]
+        np.testing.assert_allclose(curves(other)[1][1:-1], slopes, atol=0.02)
+
+
+def test_the_atlas_marks_the_printed_design_and_the_optimum(spr3):
+    axes = pictures_of("spr3")["atlas"].draw(spr3).axes[0]
+    marked = {line.get_label(): line.get_xydata()[0] for line in axes.lines}
+    reference = spr3.reference
+    optimum = reference.optima["gci"]
+    for name, design in (("paper", reference.design), ("polished", optimum.design)):
+        x, y = next(point for text, point in marked.items() if text.startswith(name))
+        r3, r2 = y, 0.5 * (np.sqrt(3.0) * x - y)
+        assert (3.0 - r2 - r3, r3) == pytest.approx((design["r1"], design["r3"]), rel=1e-9)
+    values = {name.split()[0]: float(name.split()[1]) for name in marked}
+    assert values["paper"] == pytest.approx(reference["gci"].ours, abs=1e-3)
+    assert values["polished"] == pytest.approx(optimum.value, abs=5e-5)
+
+
+def test_the_surface_and_its_sections_have_the_extent_of_the_workspace(spr3):
+    surface = pictures_of("spr3")["fig5_workspace"].draw(spr3)
+    sections = pictures_of("spr3")["fig6_sections"].draw(spr3)
+    machine = spr3.mechanism(spr3.printed_design())
+    low, high = (1e3 * end for end in (machine.workspace().min(0), machine.workspace().max(0)))
+    for axes in surface.axes:
+        assert axes.get_xlim()[1] == pytest.approx(high[0])
+        assert axes.get_zlim() == pytest.approx((low[1], high[1]))
+    upright = sections.axes[1].collections[0]
+    points = np.concatenate([path.vertices for path in upright.get_paths()])
+    np.testing.assert_allclose(points.min(axis=0), low, atol=0.2)
+    np.testing.assert_allclose(points.max(axis=0), high, atol=0.2)

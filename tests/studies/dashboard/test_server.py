@@ -1,0 +1,121 @@
+"""The dashboard in a browser: the study, its best value, a picture; and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import socket
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from pkm_gym.studies.dashboard.server import serving, storages
+from pkm_gym.studies.search.search import search
+from pkm_gym.studies.storage.storages import default_storage, open_storage
+
+CHROMIUM, DRIVER = (shutil.which(name) for name in ("chromium", "chromedriver"))
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--window-size=1400,1800",
+)
+PATIENCE = 60.0  # seconds for a page to show what is waited for
+
+
+@pytest.fixture
+def browser(tmp_path):
+    """A headless Chromium with a profile of its own."""
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("needs Chromium and its driver: apt-get install chromium chromium-driver")
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path / 'profile'}"):
+        options.add_argument(flag)
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.mark.slow
+def test_a_browser_sees_the_study_its_best_trial_its_note_and_a_picture(
+    browser, diamond, tmp_path, monkeypatch
+):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    monkeypatch.chdir(tmp_path)
+    found = search(diamond, sampler="random", trials=60, seed=1)
+    value = str(found.best.objectives[0, 0])
+
+    def shows(address, text):
+        browser.get(address)
+        page = WebDriverWait(browser, PATIENCE)
+        page.until(lambda driver: text in driver.find_element("tag name", "body").text)
+
+    def drawn(driver):
+        widths = driver.execute_script(
+            "return [...document.images].filter(i => i.src.includes('/artifacts/'))"
+            ".map(i => i.naturalWidth)"
+        )
+        return len(widths) == 2 and min(widths) > 800
+
+    with serving(default_storage("diamond"), 0) as address:
+        shows(address, "diamond-random")
+        shows(f"{address}/studies/0", value)
+        shows(f"{address}/studies/0", f"Best Trial (number={found.trial})")
+        shows(f"{address}/studies/0", f"of {found.finished} trials")
+        shows(f"{address}/studies/0/note", "verified optimum")
+        WebDriverWait(browser, PATIENCE).until(drawn)
+        shows(f"{address}/studies/0/trials?numbers={found.trial}", "mechanism.png")
+        WebDriverWait(browser, PATIENCE).until(drawn)
+
+
+def test_the_address_serves_the_studies_of_a_storage(searched):
+    searched(trials=3, name="mine")
+    with serving(default_storage("diamond"), 0) as address:
+        root = address.removesuffix("/dashboard")
+        with urllib.request.urlopen(f"{root}/api/studies", timeout=60) as answer:
+            names = [study["study_name"] for study in json.load(answer)["study_summaries"]]
+    assert names == ["mine"]
+
+
+def test_a_port_that_is_taken_is_refused(searched):
+    searched(trials=1)
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with (
+            pytest.raises(ValueError, match=f"can't listen on port {port} .*: choose another"),
+            serving(default_storage("diamond"), port),
+        ):
+            pass
+
+
+def test_a_missing_or_empty_storage_is_refused(searched):
+    with pytest.raises(ValueError, match="there is no storage 'nowhere'"), serving("nowhere", 0):
+        pass
+    assert not Path("nowhere").exists()
+    open_storage("empty.journal")
+    with (
+        pytest.raises(ValueError, match=r"the storage 'empty\.journal' is empty"),
+        serving("empty.journal", 0),
+    ):
+        pass
+    with pytest.raises(ValueError, match="there is no study under"):
+        storages()
+    searched(trials=1)
+    assert storages() == storages("diamond") == [default_storage("diamond")]
+    assert storages(storage="other.journal") == ["other.journal"]
+    with pytest.raises(ValueError, match="unknown mechanism 'diamnd'; did you mean 'diamond'"):
+        storages("diamnd")
+    with pytest.raises(ValueError, match="two storages"):
+        storages("diamond", "other.journal")

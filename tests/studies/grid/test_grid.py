@@ -1,0 +1,170 @@
+"""The paper's grid: the atlas holds what ``evaluate`` says, and the study its best designs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from optuna_dashboard import get_note
+
+import pkm_gym
+from pkm_gym.studies.grid.atlas import atlas, save_atlas
+from pkm_gym.studies.grid.designs import grid_designs, grid_name
+from pkm_gym.studies.grid.grid import LOGGED, evaluate_grid, grid
+from pkm_gym.studies.storage.storages import default_storage, open_storage
+from pkm_gym.studies.storage.studies import finished, load_study
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+
+
+def stored(name="diamond-grid"):
+    return load_study(open_storage(default_storage("diamond")), name)
+
+
+def test_a_cell_of_the_atlas_is_what_evaluate_says_of_its_design(diamond, rng):
+    grid(diamond, command="pkm-gym grid diamond")
+    with xarray.open_dataset("runs/diamond/grid.nc") as dataset:
+        dataset.load()
+    assert dataset.sizes["lam_e"] * dataset.sizes["lam_l"] * dataset.sizes["gap"] == len(
+        diamond.grid()
+    )
+    for design in diamond.grid()[rng.integers(0, len(diamond.grid()), 50)]:
+        cell = dataset.sel(dict(zip(diamond.variable_names, design, strict=True)))
+        alone = diamond.evaluate(design[None])
+        for name, values in alone.indices.items():
+            np.testing.assert_allclose(cell[name], values[0], rtol=1e-12)
+        for name, value in zip(diamond.constraint_names, alone.constraints[0], strict=True):
+            limit = cell["constraints"].sel(constraint=name)
+            np.testing.assert_allclose(limit, value, rtol=1e-12, atol=1e-15)
+        assert bool(cell["feasible"]) == alone.feasible[0]
+        np.testing.assert_allclose(cell["merit"], alone.merit[0], rtol=1e-12)
+
+
+def test_the_atlas_says_what_it_is(diamond):
+    dataset = atlas(evaluate_grid(diamond), "pkm-gym grid diamond")
+    assert dataset.attrs["hash"] == diamond.hash()
+    assert diamond.task_type(**json.loads(dataset.attrs["task"])) == diamond.task
+    assert dataset.attrs["command"] == "pkm-gym grid diamond"
+    assert dataset["tau_G"].attrs["units"] == "N m/(m/s^2)"
+    assert dataset["sigma_max"].attrs["units"] == "1"
+    assert dataset["feasible"].dtype == bool
+    assert int(dataset["feasible"].sum()) == int(evaluate_grid(diamond).feasible.sum())
+
+
+def test_a_grid_with_a_hole_has_nan_there(diamond):
+    designs = np.array([[0.6, 2.5, 0.4], [0.6, 2.6, 0.4], [0.7, 2.5, 0.4]])
+    dataset = atlas(diamond.evaluate(designs))
+    hole = dataset.sel(lam_e=0.7, lam_l=2.6, gap=0.4)
+    assert np.isnan(hole["tau_G"])
+    assert np.isnan(hole["merit"])
+    assert not hole["feasible"]
+
+
+def test_a_fixed_variable_is_no_dimension():
+    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": 0.6})
+    dataset = atlas(evaluate_grid(problem))
+    assert set(dataset.sizes) == {"lam_l", "gap", "constraint"}
+    assert json.loads(dataset.attrs["fixed"]) == {"lam_e": 0.6}
+
+
+def test_the_study_gets_the_best_feasible_designs_once(diamond):
+    evaluation = grid(diamond)
+    grid(diamond)
+    trials = finished(stored())
+    feasible = np.flatnonzero(evaluation.feasible)
+    best = np.sort(evaluation.objectives[feasible, 0])[:LOGGED]
+    np.testing.assert_array_equal([t.value for t in trials], best)
+    assert stored().best_value == best[0]
+    for trial in trials[:5]:
+        alone = diamond.evaluate(np.array([list(trial.params.values())]))
+        assert alone.objectives[0, 0] == pytest.approx(trial.value, rel=1e-12)
+        assert all(value <= 0.0 for value in trial.constraints.values())
+        assert trial.user_attrs["feasible"] is True
+    assert "best of the paper's grid" in get_note(stored())
+
+
+def test_without_a_feasible_design_the_atlas_is_written_and_the_study_empty():
+    problem = pkm_gym.make_problem("diamond", task={"sigma_low": 1.2, "sigma_high": 1.2})
+    assert not grid(problem).feasible.any()
+    assert Path("runs/diamond/grid.nc").exists()
+    assert finished(stored()) == []
+
+
+def test_a_study_of_another_task_is_refused_and_the_atlas_kept(diamond):
+    grid(diamond)
+    before = Path("runs/diamond/grid.nc").read_bytes()
+    with pytest.raises(ValueError, match="stands for another problem"):
+        grid(pkm_gym.make_problem("diamond", task={"payload": 1.0}))
+    assert Path("runs/diamond/grid.nc").read_bytes() == before
+
+
+def test_a_space_without_grid_designs_is_refused():
+    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": 0.55})
+    with pytest.raises(ValueError, match=r"no design of the paper's grid .* lam_e = 0\.55"):
+        grid(problem)
+
+
+@pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
+def test_where_the_paper_has_no_grid_ours_spans_the_bounds(name):
+    problem = pkm_gym.make_problem(name)
+    assert problem.grid() is None
+    assert grid_name(problem) == "our grid"
+    designs = grid_designs(problem, 0.05)
+    axes = [np.unique(column) for column in designs.T]
+    assert len(designs) == np.prod([len(axis) for axis in axes])
+    for axis, low, high in zip(axes, problem.low, problem.high, strict=True):
+        np.testing.assert_allclose(np.diff(axis), 0.05, rtol=1e-9)
+        assert axis[0] == low
+        assert high - 0.05 < axis[-1] <= high
+    dataset = atlas(evaluate_grid(problem, 0.05))
+    assert dataset["gci"].shape == tuple(len(axis) for axis in axes)
+
+
+def test_a_step_replaces_the_papers_grid(diamond):
+    assert grid_name(diamond) == "the paper's grid"
+    assert grid_name(diamond, 0.1) == "our grid"
+    assert len(grid_designs(diamond, 0.1)) == 6 * 25 * 7
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        (0.0, "step is 0: it must be finite and > 0"),
+        (-1.0, "step is -1: it must"),
+        (np.nan, "step is nan: it must"),
+        (1e-4, "makes 45,513,501 designs: choose a larger one, for at most 1,000,000"),
+    ],
+)
+def test_a_step_that_makes_no_grid_is_refused(step, said):
+    with pytest.raises(ValueError, match=said):
+        grid_designs(pkm_gym.make_problem("spr3"), step)
+
+
+def test_the_grid_of_another_step_is_another_study():
+    problem = pkm_gym.make_problem("spr3")
+    for step in (0.05, 0.1):
+        evaluation = grid(problem, step=step)
+        storage = open_storage(default_storage("spr3"))
+        study = load_study(storage, f"spr3-grid-{step}")
+        feasible = evaluation.objectives[evaluation.feasible, 0]
+        assert study.best_value == feasible.max()
+        assert [t.value for t in finished(study)] == sorted(feasible, reverse=True)[:LOGGED]
+        assert "best of our grid" in get_note(study)
+
+
+def test_an_atlas_that_cannot_be_written_leaves_the_old_one(diamond, monkeypatch, tmp_path):
+    path = tmp_path / "old.nc"
+    path.write_bytes(b"old")
+    dataset = atlas(diamond.evaluate(diamond.grid()[:1]))
+
+    def fail(*_, **__):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", fail)
+    with pytest.raises(OSError, match="disk full"):
+        save_atlas(dataset, path)
+    assert path.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir() if "old" in p.name] == ["old.nc"]
