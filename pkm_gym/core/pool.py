@@ -128,7 +128,7 @@ def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: 
             f"and {problem.name} evaluates it to {values[at]!r}: solve its tasks again"
         )
     return Pool(
-        **{name: content[name] for name in ARRAYS[:6]},  # type: ignore[arg-type]  # as they are kept
+        **{name: content[name] for name in ARRAYS[:6]},
         constraints=evaluation.constraints,
         values=values,
         certified=content.get("certified", np.full(len(values), certified)),
