@@ -36,6 +36,14 @@ def command(
             "--output", "-o", metavar="FOLDER", help="Keep the logs there, for `pkm-gym score`."
         ),
     ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Of the splits, where `pkm-gym splits -o` wrote them elsewhere.",
+            show_default=False,
+        ),
+    ] = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
     ] = False,
@@ -59,7 +67,7 @@ def command(
             designer, origin = read_designer(designer_path(model))
             designers.append(designer)
             costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
-    logs = record(designers, costs, split, own_command())
+    logs = record(designers, costs, split, own_command(), folder)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")

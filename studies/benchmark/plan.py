@@ -13,8 +13,9 @@ from rich.console import Console
 
 from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
-from pkm_gym.benchmark.run import Rows, run
-from pkm_gym.benchmark.splits import SPLITS
+from pkm_gym.benchmark.run import Rows, run, splits_folder
+from pkm_gym.benchmark.splits import count_tasks, split_file
+from pkm_gym.mechanisms import make_problem
 from pkm_gym.studies.cli.arguments import own_command
 from pkm_gym.studies.cli.terminal import counter
 
@@ -35,7 +36,8 @@ def planned(how: Setting, tasks: int, folder: Path) -> Plan:
     most = find_method(how.method).tasks
     rows = np.arange(tasks if most is None else min(tasks, most))
     words = [how.method.replace(":", "."), f"{how.budget}"]
-    words += [f"pool{how.pool}"] if 0 < how.pool < SPLITS["train"] else []
+    trained = split_file(make_problem(how.problem), "train", splits_folder(how))
+    words += [f"pool{how.pool}"] if 0 < how.pool < count_tasks(trained) else []
     words += [f"noise{how.noise:g}"] if how.noise else []
     words += [f"delay{how.delay:g}"] if how.delay else []
     return Plan(how, rows, folder / f"{'-'.join((*words, f'seed{how.seed}'))}.npz")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 import sys
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -16,8 +17,8 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
-from pkm_gym.mechanisms import problem_type
-from pkm_gym.studies.storage.storages import redacted
+from pkm_gym.mechanisms import problem_type, usable_problems
+from pkm_gym.studies.storage.storages import redacted, run_folder
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
@@ -87,7 +88,7 @@ def problem_from(
 
 
 def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
-    """Return the design in ``set_``: what is not given stays as printed.
+    """Return the design in ``set_``: what is not given stays as printed, or as it is by default.
 
     Raises:
         ValueError: in one sentence, for numbers that make no design, or dimensions that disagree
@@ -100,15 +101,16 @@ def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
     given = {key: parse(text, units[key], what=key) for key, text in settings.design.items()}
     values, changes = problem.from_dimensions(given, problem.task)
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
-    printed = {**problem.reference.design, **problem.fixed}
+    default = dict(zip(problem.variable_names, problem.printed_design().tolist(), strict=True))
     notes = [
         f"{', '.join(given)} set task.{item.name} = {show(value, item.unit)} ({item.doc})"
         for item, value in _fields(problem, changes)
     ]
     kept = [key for key in problem.variable_names if key not in values]
     if values and kept:
-        notes.append(f"{', '.join(kept)} as printed in the paper")
-    return GivenDesign(problem.design({**printed, **values}), task, tuple(notes))
+        origin = "as printed in the paper" if problem.reference else "as in the default design"
+        notes.append(f"{', '.join(kept)} {origin}")
+    return GivenDesign(problem.design({**default, **values}), task, tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -198,6 +200,16 @@ def _fields(
     return ((items[name], value) for name, value in changes.items())
 
 
+def known_problems() -> tuple[str, ...]:
+    """Return the names of the problems that can be had, with a line on stderr for each other."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        names = usable_problems()
+    for warning in caught:
+        print(f"pkm-gym: {warning.message}", file=sys.stderr)
+    return names
+
+
 def own_command() -> str:
     """Return the command line as it was typed, without passwords."""
     return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))
@@ -211,12 +223,12 @@ def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[st
 
 
 def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
-    """Return where to write, its folder made.
+    """Return where to write what is about a problem, by name or "module:Class".
 
     Raises:
-        ValueError: for a name of another form.
+        ValueError: for a file's name of another form, or an unknown problem.
     """
-    path = out or Path("runs") / name / f"{stem}{forms[0]}"
+    path = out or run_folder(problem_type(name).name) / f"{stem}{forms[0]}"
     if path.suffix.lower() not in forms:
         raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
     return path

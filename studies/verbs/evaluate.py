@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.cli.arguments import design_from, problem_from
@@ -16,6 +15,7 @@ from pkm_gym.studies.cli.options import (
 )
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.design import Report, content, draw, show_report
+from pkm_gym.studies.storage.storages import run_folder
 
 
 def command(
@@ -25,13 +25,13 @@ def command(
     picture: PictureOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Evaluate a design of your own; without one, the design that the paper prints.
+    """Evaluate a design of your own; without one, the one that the paper prints.
 
     Example: pkm-gym evaluate diamond --set e=150mm l1=250mm l2=640mm H=493mm task.payload=1kg
     """
     report = _evaluate(name, set_, objective)
     if picture is None and not as_json:
-        picture = Path("runs") / name / "evaluate.png"
+        picture = run_folder(report.problem.name) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
     if as_json:

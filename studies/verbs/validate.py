@@ -15,6 +15,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
+from pkm_gym.studies.storage.storages import run_folder
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
 
 
@@ -48,7 +49,7 @@ def command(
     with counter(screen, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
         found = validate(problem, designs, seed, partial(bar.advance, line))
-    path = out or (None if as_json else Path("runs") / name / "validate.png")
+    path = out or (None if as_json else run_folder(problem.name) / "validate.png")
     if path is not None:
         from pkm_gym.plots import save
 
