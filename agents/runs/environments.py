@@ -20,7 +20,7 @@ def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
     """
     module, colon, name = env_id.rpartition(":")
     if colon:
-        name = {where: family for where, family in register_module(module)}.get(env_id, name)
+        name = register_module(module).get(env_id, name)
     if name not in registry:
         known = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
         raise ValueError(unknown("environment", name, known))

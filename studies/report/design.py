@@ -62,7 +62,7 @@ class Report:
 
     @property
     def is_printed(self) -> bool:
-        """Whether it is the paper's design and task, or the default ones where there is no paper."""
+        """Whether it is the paper's design and task; the default ones where there is no paper."""
         paper = (*self.problem.printed_design(), *self.problem.task_type().pack())
         own = (*self.given.design, *self.given.task.pack())
         return bool(np.allclose(own, paper, rtol=1e-9, atol=0.0))

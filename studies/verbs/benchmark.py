@@ -96,9 +96,9 @@ def command(
     """Run methods on tasks whose optima are known, and rank them by regret.
 
     Without --method it is all that can be run: those that learn from training tasks need a split of
-    them, the designer a trained one. Every evaluation on a task counts. Everything that was evaluated is kept in
-    runs/NAME/benchmark/SPLIT, and runs that are there already are not repeated: stopped by
-    Ctrl-C, the same command goes on where it was.
+    them, the designer a trained one. Every evaluation on a task counts. Everything that was
+    evaluated is kept in runs/NAME/benchmark/SPLIT, and runs that are there already are not
+    repeated: stopped by Ctrl-C, the same command goes on where it was.
 
     Example: pkm-gym benchmark diamond --split val --method my_package:my_method --tasks 256
     """

@@ -37,7 +37,7 @@ def command(
     pictures, solids = figures_of(name)
     drawn = [*pictures, *solids]
     if not drawn:
-        raise ValueError(f"{name} has no figures")
+        raise ValueError(f"{problem_type(name).name} has no figures")
     check_known("figure", only or (), drawn)
     write(name, only or drawn, out or run_folder(problem_type(name).name) / "figures", form)
 

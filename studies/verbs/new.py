@@ -65,7 +65,7 @@ def check_name(name: str) -> None:
         plain = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_0123456789")
         close = f"; did you mean {plain!r}?" if plain and not iskeyword(plain) else ""
         raise ValueError(
-            f"{name!r} is no name of a mechanism: small letters, digits and _, a letter first{close}"
+            f"{name!r} is no name of small letters, digits and _ that begins with a letter{close}"
         )
     taken = addresses().get(name) or (name if find_spec(name) else "")
     if taken:

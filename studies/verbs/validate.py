@@ -65,7 +65,7 @@ def _problem(name: str) -> DesignProblem:
     problem = make_problem(name, **declaration(name).reporting)
     missing = [index for index in INDICES if index not in problem.index_names]
     if missing:
-        raise ValueError(f"{name} has no {' and no '.join(missing)} to validate")
+        raise ValueError(f"{problem.name} has no {' and no '.join(missing)} to validate")
     return problem
 
 
