@@ -64,6 +64,10 @@ VERBS = {
         f"{STUDIES}.benchmark:command",
         "Rank methods on tasks with known optima.",
     ),
+    "calibrate": (
+        f"{STUDIES}.calibrate:command",
+        "Measure what merit must know of a problem.",
+    ),
     "restamp": ("pkm_gym.agents.verbs.restamp:command", "Renew files of an older version."),
     "score": (f"{STUDIES}.score:command", "Score logs of what a method evaluated."),
     "splits": (
@@ -82,6 +86,7 @@ EXTRAS = {
     "optuna_dashboard": "studies",
     "plotly": "studies",
     "xarray": "studies",
+    "tomli_w": "studies",
     "safetensors": "agents",
     "sb3_contrib": "agents",
     "stable_baselines3": "agents",
