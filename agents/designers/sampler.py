@@ -112,13 +112,13 @@ class DesignerSampler(BaseSampler):
 
     def _told(self, trial: FrozenTrial, design: FloatArray) -> Evaluation:
         """Return what the trial says of its design; evaluate it if that isn't enough."""
-        known, column = trial.user_attrs, self.problem.objective_columns[0]
-        constraints = known.get("constraints") or trial.constraints
+        attributes, column = trial.user_attrs, self.problem.objective_columns[0]
+        constraints = attributes.get("constraints") or trial.constraints
         first = self.problem.objectives[0].name
-        if "log_merit" not in known or set(constraints) != set(self.problem.constraint_names):
+        if "log_merit" not in attributes or set(constraints) != set(self.problem.constraint_names):
             return self.problem.evaluate(design, self.task)
         table = np.full((1, len(self.problem.index_names)), np.nan)
-        table[0, column] = known.get(first, np.nan)
+        table[0, column] = attributes.get(first, np.nan)
         row = np.array([[constraints[name] for name in self.problem.constraint_names]])
         return Evaluation(
             self.problem,
@@ -127,7 +127,7 @@ class DesignerSampler(BaseSampler):
             table,
             row,
             np.asarray((row <= 0.0).all(axis=1)),
-            np.array([known["log_merit"]]),
+            np.array([attributes["log_merit"]]),
         )
 
     def _check(self, study: Study) -> None:

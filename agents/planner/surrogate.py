@@ -1,4 +1,4 @@
-"""Surrogate: a learned model of a problem near its optima, smooth pieces and their kinks."""
+"""Surrogate: a trained model of a problem near its optima, smooth pieces and their kinks."""
 
 from __future__ import annotations
 

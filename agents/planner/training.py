@@ -1,4 +1,4 @@
-"""Fit: the networks of a surrogate in PyTorch, and how they learn from samples."""
+"""SurrogateTraining: the networks of a surrogate in PyTorch, trained on samples."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class Net(nn.Module):
         return torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
 
 
-class Fit:
-    """A surrogate that is being fitted to samples.
+class SurrogateTraining:
+    """A surrogate that is being trained on samples.
 
     Attributes:
         settings: the hyperparameters.
@@ -86,7 +86,7 @@ class Fit:
         self._scales = _tensor(self._scale)
         self._told = _tensor(np.nan_to_num((samples.told - self._mean) / self._scale))
         self._weights = _tensor(_weights(samples.told))
-        self._learned = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
+        self._trained = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
         self._generator = torch.Generator().manual_seed(seed)
         torch.manual_seed(seed)
         depends = np.c_[samples.depends, np.ones((len(samples.depends), d), dtype=bool)]
@@ -103,7 +103,7 @@ class Fit:
     def update(self) -> float:
         """Take one step of Adam on pairs of samples; return the loss before it."""
         half = self.settings.batch_size // 2
-        task = self._learned[self._draw(len(self._learned), half)]
+        task = self._trained[self._draw(len(self._trained), half)]
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
         rows = torch.cat([task, task]), torch.cat([first, second])
         made = self._net(self._inputs[rows])
@@ -125,7 +125,7 @@ class Fit:
         return float(loss.detach())
 
     def surrogate(self) -> Surrogate:
-        """Return what was fitted so far, with the errors that it makes on the held-out tasks."""
+        """Return what was trained so far, with the errors that it makes on the held-out tasks."""
         parameters = self._net.named_parameters()
         net = {name: value.detach().double().numpy() for name, value in parameters}
         depends = self._net.depends.double().numpy().swapaxes(1, 2)
@@ -173,7 +173,7 @@ class Fit:
     def _split(self, inputs: Tensor) -> None:
         """Give each output of which only one piece speaks for the inputs (n, size) a second one.
 
-        A piece that is never the largest learns nothing, and so a kink may never be found. The
+        A piece that is never the largest is never trained, and so a kink may never be found. The
         second piece is the first but for a random slope: each speaks for about half of the inputs.
         """
         pieces = self.settings.pieces
@@ -215,8 +215,8 @@ class Fit:
 def _typical(error: FloatArray, told: FloatArray, *, always: bool) -> float:
     """Return the typical error (n,), of a constraint where it is told to be near its limit."""
     counts = np.abs(told) < AT_LIMIT
-    known = np.isfinite(error)
-    chosen = known & counts if (known & counts).any() and not always else known
+    finite = np.isfinite(error)
+    chosen = finite & counts if (finite & counts).any() and not always else finite
     return float(np.quantile(error[chosen], TYPICAL)) if chosen.any() else AT_LIMIT
 
 

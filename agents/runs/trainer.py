@@ -1,4 +1,4 @@
-"""Training: a run that is trained, scored and kept in its folder, whatever the algorithm."""
+"""Trainer: a run that is trained, scored and kept in its folder, whatever the algorithm."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ import numpy as np
 from pkm_gym.agents.runs.files import Origin
 from pkm_gym.agents.runs.run import BEST, SCORES, Run, versions
 
-Learned_contra = TypeVar("Learned_contra", contravariant=True)
+Policy_contra = TypeVar("Policy_contra", contravariant=True)
 Report = Callable[[int, float], None]
 
 
-class Teacher(Protocol[Learned_contra]):
-    """What an agent is scored on."""
+class Course(Protocol[Policy_contra]):
+    """What an agent is trained and scored on."""
 
     @property
     def goal(self) -> str:
         """What the agent is scored on."""
         ...
 
-    def score(self, policy: Learned_contra) -> float:
+    def score(self, policy: Policy_contra) -> float:
         """Return the score of a policy; larger is better."""
         ...
 
-    def write(self, policy: Learned_contra, path: Path, origin: Origin) -> None:
+    def write(self, policy: Policy_contra, path: Path, origin: Origin) -> None:
         """Write a policy so that it can be used."""
         ...
 
@@ -40,12 +40,12 @@ class Stopped(Exception):  # noqa: N818 (it is no error)
 
 
 @dataclass
-class Training(ABC, Generic[Learned_contra]):
+class Trainer(ABC, Generic[Policy_contra]):
     """A run that is trained.
 
     Attributes:
         run: what is trained, and where it is kept.
-        lessons: what it learns and is scored on.
+        course: what it is trained and scored on.
         report: called with the steps done and the best score so far.
         stop: asked now and then whether to keep the state and end.
         scored: called with each score.
@@ -53,7 +53,7 @@ class Training(ABC, Generic[Learned_contra]):
     """
 
     run: Run
-    lessons: Teacher[Learned_contra]
+    course: Course[Policy_contra]
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
     scored: Callable[[float], None] = lambda _: None
@@ -68,14 +68,14 @@ class Training(ABC, Generic[Learned_contra]):
             Stopped: after ``stop`` said so; the state is kept.
         """
 
-    def score(self, policy: Learned_contra, steps: int) -> float:
-        """Score what was learned in so many steps, and keep it if it is the best so far."""
+    def score(self, policy: Policy_contra, steps: int) -> float:
+        """Score what was trained in so many steps, and keep it if it is the best so far."""
         run = self.run
-        reached = self.lessons.score(policy)
+        reached = self.course.score(policy)
         if reached > self.best:
             self.best = reached
             origin = Origin(run.env_id, run.command, steps, reached, versions())
-            self.lessons.write(policy, run.folder / BEST, origin)
+            self.course.write(policy, run.folder / BEST, origin)
         line = {"steps": steps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")

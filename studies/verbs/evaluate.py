@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from pkm_gym.studies.cli.arguments import design_from, problem_from, report_all
+from pkm_gym.studies.cli.arguments import design_from, report_all
 from pkm_gym.studies.cli.options import (
     DesignOption,
     JsonOption,
@@ -41,6 +41,5 @@ def command(
 
 
 def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    problem = problem_from(name, set_, objective=objective, takes_design=True, **report_all(name))
-    given = design_from(problem, set_)
-    return Report(problem, given, problem.evaluate(given.design[None], given.task))
+    given = design_from(name, set_, objective=objective, **report_all(name))
+    return Report(given, given.problem.evaluate(given.design[None], given.task))
