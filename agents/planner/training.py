@@ -12,7 +12,7 @@ from torch.nn.functional import silu
 
 from pkm_gym.agents.planner.samples import Samples
 from pkm_gym.agents.planner.settings import Settings
-from pkm_gym.agents.planner.surrogate import Surrogate
+from pkm_gym.agents.planner.surrogate import Layers, Surrogate
 from pkm_gym.agents.runs.state import read_state, write_state
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -46,9 +46,11 @@ class Net(nn.Module):
         scale = depends.sum(1)[:, None, None] ** -0.5, width**-0.5, width**-0.5
         layers = zip((size, width, width), (width, width, pieces), scale, strict=True)
         spread = 0.5, 0.0, 0.1
-        self.weights = nn.ParameterList([s * torch.randn(f, n, m) for n, m, s in layers])
-        self.biases = nn.ParameterList(
-            [s * torch.randn(f, 1, w.shape[2]) for s, w in zip(spread, self.weights, strict=True)]
+        weights = [s * torch.randn(f, n, m) for n, m, s in layers]
+        biases = [s * torch.randn(f, 1, w.shape[2]) for s, w in zip(spread, weights, strict=True)]
+        self.weights, self.biases = (
+            nn.ParameterDict(zip(Layers._fields, arrays, strict=True))
+            for arrays in (weights, biases)
         )
         self.straight = nn.Parameter(0.1 * torch.randn(f, size, pieces))
 
@@ -60,9 +62,10 @@ class Net(nn.Module):
     def pieces(self, inputs: Tensor) -> Tensor:
         """Return the pieces (f, n, pieces) for standardised inputs (n, size)."""
         own = inputs * self.depends
-        hidden = silu(torch.baddbmm(self.biases[0], own, self.weights[0]))
-        hidden = silu(torch.baddbmm(self.biases[1], hidden, self.weights[1]))
-        return torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
+        hidden = silu(torch.baddbmm(self.biases["first"], own, self.weights["first"]))
+        hidden = silu(torch.baddbmm(self.biases["second"], hidden, self.weights["second"]))
+        pieces = torch.baddbmm(self.biases["last"], hidden, self.weights["last"])
+        return pieces + own @ self.straight
 
 
 class SurrogateTraining:
@@ -128,14 +131,18 @@ class SurrogateTraining:
         """Return what was trained so far, with the errors that it makes on the held-out tasks."""
         parameters = self._net.named_parameters()
         net = {name: value.detach().double().numpy() for name, value in parameters}
+        weights, biases = (
+            Layers(*(net[f"{kind}.{name}"] for name in Layers._fields))
+            for kind in ("weights", "biases")
+        )
         depends = self._net.depends.double().numpy().swapaxes(1, 2)
         return Surrogate(
             problem=self.problem,
             columns=self.samples.columns,
             errors=self._errors(),
             middle=self._middle, spread=self._spread, mean=self._mean, scale=self._scale,
-            weights=(net["weights.0"] * depends, net["weights.1"], net["weights.2"]),
-            biases=(net["biases.0"], net["biases.1"], net["biases.2"]),
+            weights=weights._replace(first=weights.first * depends),
+            biases=biases,
             straight=net["straight"] * depends,
         )  # fmt: skip
 
@@ -188,7 +195,7 @@ class SurrogateTraining:
 
     def _copy(self, output: int, one: int, other: int) -> None:
         """Make another piece of an output like one, and what Adam remembers of it."""
-        for layer in (self._net.weights[2], self._net.biases[2], self._net.straight):
+        for layer in (self._net.weights["last"], self._net.biases["last"], self._net.straight):
             state = self._optimiser.state[layer]
             for array in (layer, state["exp_avg"], state["exp_avg_sq"]):
                 array[output, :, other] = array[output, :, one]

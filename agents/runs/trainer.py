@@ -7,12 +7,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from pkm_gym.agents.runs.files import Origin
+from pkm_gym.agents.runs.recipe import LEARNERS
 from pkm_gym.agents.runs.run import BEST, SCORES, Run, versions
+from pkm_gym.core.names import imported
+
+# Which trainer an algorithm needs.
+SB3 = "pkm_gym.agents.sb3.trainer:PolicyTrainer"
+PLANNER = "pkm_gym.agents.planner.trainer:SurrogateTrainer"
 
 Policy_contra = TypeVar("Policy_contra", contravariant=True)
 Report = Callable[[int, float], None]
@@ -80,3 +86,17 @@ class Trainer(ABC, Generic[Policy_contra]):
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         return reached
+
+
+def trainer_for(
+    run: Run,
+    course: Any,
+    report: Report = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+    scored: Callable[[float], None] = lambda _: None,
+) -> Trainer[Any]:
+    """Return the trainer of a run, for its algorithm; see ``Trainer``."""
+    trainer: Trainer[Any] = imported(SB3 if run.algorithm in LEARNERS else PLANNER)(
+        run, course, report, stop, scored
+    )
+    return trainer

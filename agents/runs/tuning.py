@@ -16,7 +16,7 @@ from optuna.trial import TrialState
 from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
-from pkm_gym.agents.runs.trainers import trainer_for
+from pkm_gym.agents.runs.trainer import trainer_for
 from pkm_gym.studies.cli.arguments import own_command
 from pkm_gym.studies.storage.storages import open_storage
 

@@ -94,8 +94,7 @@ def command(
         course = design_course(spec.id, recipe, folder, pool=pool, validation=validation)
     import torch
 
-    from pkm_gym.agents.runs.trainer import Stopped
-    from pkm_gym.agents.runs.trainers import trainer_for
+    from pkm_gym.agents.runs.trainer import Stopped, trainer_for
 
     torch.set_num_threads(threads)
     try:

@@ -17,13 +17,14 @@ from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.files import whole_file
+from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.grid.grid import evaluate_grid
 from pkm_gym.studies.report.rows import Row, markdown, paper_rows, row_of, verdict
 from pkm_gym.studies.search.polish import polish, verified_optimum
 from pkm_gym.studies.search.runner import Runner
-from pkm_gym.studies.search.samplers import called, check_sampler, make_sampler, values_for
+from pkm_gym.studies.search.samplers import check_sampler, make_sampler, values_for
 from pkm_gym.studies.storage.storages import quiet
 
 SAMPLERS = ("tpe", "cmaes", "qmc", "random")
@@ -99,7 +100,7 @@ def compare(
             runs[sampler].append(row_of(name, best, 0, optimum, evaluations=number))
             progress()
     if agents:
-        runs |= called(AGENTS, problem, optimum, seeds, progress)
+        runs |= imported(AGENTS)(problem, optimum, seeds, progress)
     rows += [median(name, own) for name, own in runs.items()]
     if optimum is not None:
         rows.append(optimum)

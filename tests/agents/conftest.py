@@ -12,11 +12,11 @@ import torch
 import pkm_gym
 from pkm_gym.agents.designers.designer import Centre, Designer
 from pkm_gym.agents.planner.planner import Planner
-from pkm_gym.agents.planner.surrogate import Surrogate
+from pkm_gym.agents.planner.surrogate import Layers, Surrogate
 from pkm_gym.agents.runs.course import DesignCourse, design_course
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.run import Run
-from pkm_gym.agents.sb3.network import Network
+from pkm_gym.agents.sb3.network import Layer, Network
 from pkm_gym.envs.observation import observation_layout
 from pkm_gym.envs.rules import Rules
 
@@ -63,7 +63,7 @@ def random_network() -> Callable[..., Designer]:
         size, d = observation_layout(problem)["step_size"].stop, len(problem.low)
         rng = np.random.default_rng(3)
         layers = tuple(
-            (rng.normal(0.0, 0.3, shape).astype(np.float32), np.zeros(shape[0], np.float32))
+            Layer(rng.normal(0.0, 0.3, shape).astype(np.float32), np.zeros(shape[0], np.float32))
             for shape in ((16, size), (16, 16), (d, 16))
         )
         return Designer(problem, Rules(**rules), Network(layers, "silu", False), Centre(problem))
@@ -86,8 +86,8 @@ def surrogate() -> Surrogate:
         spread=rng.uniform(0.5, 1.0, size),
         mean=np.full(f, -0.1),
         scale=np.full(f, 0.1),
-        weights=tuple(rng.normal(0.0, shape[1] ** -0.5, shape) for shape in shapes),
-        biases=tuple(rng.normal(0.0, 0.3, (f, 1, shape[2])) for shape in shapes),
+        weights=Layers(*(rng.normal(0.0, shape[1] ** -0.5, shape) for shape in shapes)),
+        biases=Layers(*(rng.normal(0.0, 0.3, (f, 1, shape[2])) for shape in shapes)),
         straight=rng.normal(0.0, 0.3, (f, size, pieces)),
     )
     return Surrogate.of_tensors(problem, drawn.tensors())
