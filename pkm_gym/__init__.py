@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pkm_gym.envs.design import DesignEnv
     from pkm_gym.envs.vector import DesignVectorEnv
     from pkm_gym.envs.wrappers import FixedTasks, MultiObjective, PaperGrid
-    from pkm_gym.mechanisms import make_problem, problems
+    from pkm_gym.mechanisms import make_problem, problems, register
 
 _HOMES = {
     "DesignEnv": "pkm_gym.envs.design",
@@ -29,6 +29,7 @@ _HOMES = {
     "make_problem": "pkm_gym.mechanisms",
     "polish": "pkm_gym.core.solve",
     "problems": "pkm_gym.mechanisms",
+    "register": "pkm_gym.mechanisms",
     "solve_tasks": "pkm_gym.core.solve",
 }
 
@@ -43,6 +44,7 @@ __all__ = [
     "make_problem",
     "polish",
     "problems",
+    "register",
     "solve_tasks",
 ]
 

@@ -63,6 +63,7 @@ VERBS = {
         f"{STUDIES}.benchmark:command",
         "Rank methods on tasks with known optima.",
     ),
+    "restamp": ("pkm_gym.agents.verbs.restamp:command", "Renew files of an older version."),
     "score": (f"{STUDIES}.score:command", "Score logs of what a method evaluated."),
     "splits": (
         f"{STUDIES}.splits:command",

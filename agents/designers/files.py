@@ -60,8 +60,10 @@ def write_designer(
     write_pair(path, config, weights)
 
 
-def read_designer(path: Path) -> tuple[Designer, Origin]:
+def read_designer(path: Path, *, older: bool = False) -> tuple[Designer, Origin]:
     """Read a designer of ``write_designer``; nothing is unpickled.
+
+    With ``older`` one of another version of its problem is taken, too.
 
     Raises:
         ValueError: in one sentence, for a file that is missing, damaged or edited, or a designer
@@ -70,11 +72,12 @@ def read_designer(path: Path) -> tuple[Designer, Origin]:
     config, tensors = read_pair(path, "designer", NEEDED)
     problem = make_problem(config["problem"], **config["arguments"])
     for what, now in (("hash", problem.hash()), ("layout", layout_hash(problem))):
-        if config[what] != now:
+        if config[what] != now and not (older and what == "hash"):
             thing = "observation layout" if what == "layout" else f"version of {problem.name}"
             raise ValueError(
                 f"the designer {path.stem!r} was trained for another {thing} "
-                f"({config[what][:12]} there, {now[:12]} here): train it again"
+                f"({config[what][:12]} there, {now[:12]} here): train it again, or "
+                f"renew it with `pkm-gym restamp {problem.name} {path}`"
             )
     policy = _policy(problem, config["policy"], tensors)
     starts = (

@@ -112,21 +112,17 @@ class DesignerSampler(BaseSampler):
 
     def _told(self, trial: FrozenTrial, design: FloatArray) -> Evaluation:
         """Return what the trial says of its design; evaluate it if that isn't enough."""
-        attributes, column = trial.user_attrs, self.problem.objective_columns[0]
+        attributes = trial.user_attrs
         constraints = attributes.get("constraints") or trial.constraints
         first = self.problem.objectives[0].name
         if "log_merit" not in attributes or set(constraints) != set(self.problem.constraint_names):
             return self.problem.evaluate(design, self.task)
-        table = np.full((1, len(self.problem.index_names)), np.nan)
-        table[0, column] = attributes.get(first, np.nan)
-        row = np.array([[constraints[name] for name in self.problem.constraint_names]])
-        return Evaluation(
+        return Evaluation.remembered(
             self.problem,
             design,
-            self.task.pack()[None],
-            table,
-            row,
-            np.asarray((row <= 0.0).all(axis=1)),
+            self.task.pack(),
+            np.array([attributes.get(first, np.nan)]),
+            np.array([[constraints[name] for name in self.problem.constraint_names]]),
             np.array([attributes["log_merit"]]),
         )
 

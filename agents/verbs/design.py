@@ -18,7 +18,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.cli.arguments import GivenDesign, problem_from, report_all
+from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
 from pkm_gym.studies.cli.options import JsonOption, Name, PictureOption, SetOption
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
 from pkm_gym.studies.report.design import Report, content, draw, show_report
@@ -118,7 +118,7 @@ def answer(designer: Designer, task: Task, budget: int | None = None) -> Answere
 
 def _report(answered: Answered, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
-    problem = type(answered.problem)(task=task, **report_all(answered.problem.name))
+    problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
     given = GivenDesign(problem, answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"

@@ -136,19 +136,11 @@ class Evaluator:
         """Return what the method is told: with noise, each number is off by a share of its size."""
         if not self._noise:
             return exact
-        column = self.problem.objective_columns[0]
-        table = np.column_stack(list(exact.indices.values()))
         of_value = self._noise * self._noise_generator.standard_normal(len(exact))
         of_limits = self._noise_generator.standard_normal(exact.constraints.shape)
-        table[:, column] *= np.exp(self.problem.objectives[0].sign * of_value)
-        constraints = exact.constraints + self._noise * of_limits
-        return Evaluation(
-            self.problem,
-            exact.designs,
-            exact.tasks,
-            table,
-            constraints,
-            np.asarray((constraints <= 0.0).all(axis=1)),
+        return exact.told(
+            exact.objectives[:, 0] * np.exp(self.problem.objectives[0].sign * of_value),
+            exact.constraints + self._noise * of_limits,
             np.minimum(exact.log_merit + of_value, WORST),
         )
 

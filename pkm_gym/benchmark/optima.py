@@ -35,7 +35,7 @@ class KnownOptima:
         self._slopes = {
             i: self._slope_of(i)
             for i, variable in enumerate(problem.task_variables)
-            if variable.drawn and variable.limit
+            if variable.drawn and problem.declared.side_of(variable.name)
         }
         self._limits = {
             int(j): i

@@ -62,7 +62,7 @@ def draw(problem: DesignProblem, split: str) -> Drawn:
     """
     check_split(problem, split)
     k, n = list(SPLITS).index(split), SPLITS[split]
-    sequence = np.random.SeedSequence([problem.version, k])
+    sequence = np.random.SeedSequence([problem.declared.version, k])
     for_tasks, for_starts = map(np.random.default_rng, sequence.spawn(2))
     outside = split == "ood"
     tasks = _beyond(problem, n, for_tasks) if outside else problem.draw_tasks(n, for_tasks)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pkm_gym.core import merit
+from pkm_gym.core.explain import sentences
 from pkm_gym.core.types import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -26,6 +27,10 @@ class Evaluation:
         indices: name -> array (n,), SI units; NaN only where the mathematics is undefined.
         objectives: array (n, k).
         constraints: array (n, c), feasible when <= 0, always finite.
+        defined: array (n, c), False where a constraint has no value of its own because the design
+            is out of reach or makes no machine: it counts as 1 + that violation then.
+        unreached: array (n,), by how much the workspace is out of reach, so that the indices are
+            undefined; 0 where it is within.
         feasible: array (n,), every constraint <= 0.
         log_merit: array (n,), at most 7; see ``pkm_gym.core.merit``.
     """
@@ -33,11 +38,13 @@ class Evaluation:
     __slots__ = (
         "_table",
         "constraints",
+        "defined",
         "designs",
         "feasible",
         "log_merit",
         "problem",
         "tasks",
+        "unreached",
     )
 
     def __init__(
@@ -47,6 +54,8 @@ class Evaluation:
         tasks: FloatArray,
         table: FloatArray,
         constraints: FloatArray,
+        defined: BoolArray,
+        unreached: FloatArray,
         feasible: BoolArray,
         log_merit: FloatArray,
     ) -> None:
@@ -54,6 +63,8 @@ class Evaluation:
         self.designs = designs
         self.tasks = tasks
         self.constraints = constraints
+        self.defined = defined
+        self.unreached = unreached
         self.feasible = feasible
         self.log_merit = log_merit
         self._table = table
@@ -65,7 +76,16 @@ class Evaluation:
     @property
     def indices(self) -> Mapping[str, FloatArray]:
         """Name -> array (n,)."""
-        return dict(zip(self.problem.index_names, self._table.T, strict=True))
+        columns = self._table.T[self.problem.reported]
+        return dict(zip(self.problem.index_names, columns, strict=True))
+
+    def quantity(self, name: str) -> FloatArray:
+        """Return an index, reported or not, or a variable, of each design: array (n,)."""
+        indices = [index.name for index in self.problem.declared.index_table]
+        if name in indices:
+            return self._table[:, indices.index(name)]
+        variables = [variable.name for variable in self.problem.all_variables]
+        return self.problem.complete(self.designs)[:, variables.index(name)]
 
     @property
     def objectives(self) -> FloatArray:
@@ -81,6 +101,37 @@ class Evaluation:
     def notes(self) -> tuple[str, ...]:
         """Standing warnings that hold for every design of the problem."""
         return self.problem.notes
+
+    def told(
+        self, values: FloatArray, constraints: FloatArray, log_merit: FloatArray
+    ) -> Evaluation:
+        """Return the same with another first objective (n,), constraints (n, c), merit (n,)."""
+        table = self._table.copy()
+        table[:, self.problem.objective_columns[0]] = values
+        feasible = np.asarray((constraints <= 0.0).all(axis=1))
+        return Evaluation(
+            self.problem, self.designs, self.tasks, table, constraints, self.defined,
+            self.unreached, feasible, log_merit,
+        )  # fmt: skip
+
+    @classmethod
+    def remembered(
+        cls,
+        problem: DesignProblem,
+        designs: FloatArray,
+        task: FloatArray,
+        values: FloatArray,
+        constraints: FloatArray,
+        log_merit: FloatArray,
+    ) -> Evaluation:
+        """Return what is remembered of designs (n, d): no more than the first objective is kept."""
+        n = len(designs)
+        table = np.full((n, len(problem.declared.index_table)), np.nan)
+        blank = cls(
+            problem, designs, task[None], table, constraints, np.ones(constraints.shape, np.bool_),
+            np.zeros(n), np.zeros(n, np.bool_), log_merit,
+        )  # fmt: skip
+        return blank.told(values, constraints, log_merit)
 
     def task(self, i: int) -> Task:
         """Return the task of design i."""
@@ -104,8 +155,4 @@ class Evaluation:
         if not -len(self) <= i < len(self):
             raise IndexError(f"there is no design {i}: {len(self)} were evaluated")
         i %= len(self)
-        names = self.problem.constraint_names
-        broken = [name for name, value in zip(names, self.constraints[i], strict=True) if value > 0]
-        if not broken:
-            return "feasible: every limit holds"
-        return "\n".join(self.problem.explain_limits(self.designs[i], self.task(i), broken))
+        return "\n".join(sentences(self, i)) or "feasible: every limit holds"

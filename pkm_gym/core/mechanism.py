@@ -20,12 +20,16 @@ class Link(NamedTuple):
 
 
 class IndexMap(NamedTuple):
-    """A local index over poses; the design's index is its extreme or mean over the workspace."""
+    """A local index over poses; the design's index is its extreme or mean over the workspace.
+
+    ``drawn`` is False where the extreme may lie outside of what pictures show of the workspace.
+    """
 
     name: str
     unit: str
     kind: Literal["max", "min", "mean"]
     values: FloatArray
+    drawn: bool = True
 
     def worst(self) -> int | None:
         """Return where, among the flattened values, the extreme is; None for a mean."""
@@ -82,6 +86,32 @@ class Mechanism(ABC):
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the twist (..., k) of a pose that changes at ``pose_rate`` (..., k)."""
 
+    def units(self) -> dict[str, str]:
+        """Return the unit of each dimension, by name."""
+        return {item.name: item.metadata["unit"] for item in fields(self)}
+
+    # Where limits are looked for ------------------------------------------------------------------
+
+    @abstractmethod
+    def search_poses(self) -> FloatArray:
+        """Return poses (n, k) all over the workspace, dense enough to find what is worst where."""
+
+    def place(self, pose: FloatArray) -> str:
+        """Return in words where a pose (k,) is; x, y and z are taken for metres, others for rad."""
+        lengths = ("x", "y", "z")
+        named = zip(self.pose_names, np.asarray(pose, dtype=float).tolist(), strict=True)
+        words = [
+            f"{name} = {1e3 * value:.0f} mm"
+            if name in lengths
+            else f"{name} = {np.degrees(value):.1f} deg"
+            for name, value in named
+        ]
+        return "at " + ", ".join(words)
+
+    @abstractmethod
+    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., k), by the name of the design's index."""
+
     # How a picture is drawn -----------------------------------------------------------------------
 
     @abstractmethod
@@ -103,14 +133,6 @@ class Mechanism(ABC):
     @abstractmethod
     def sample_poses(self) -> FloatArray:
         """Return two or three telling poses (n, k), the one that stands for the machine first."""
-
-    @abstractmethod
-    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the local indices at poses (..., k), by the name of the design's index."""
-
-    @abstractmethod
-    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
-        """Return by how much poses (..., k) break a limit, by constraint: > 0 where broken."""
 
 
 def check_dimension(item: Field[Any], value: float) -> None:

@@ -9,12 +9,14 @@ the constrained optimum minimises the merit: the penalty is exact.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
-from pkm_gym.core.compile import batch_kernel, kernel, own_row
+from pkm_gym.core.compile import batch_kernel, formula, kernel, own_row
+from pkm_gym.core.limit import INDEX, LIMIT, OWN
 from pkm_gym.core.types import BoolArray, FloatArray
 
 # A constraint is its scaled violation minus this, and feasible when <= 0. Merit, Optuna and the
@@ -24,42 +26,98 @@ TOLERANCE = 1e-6
 CAP = 6.0
 WORST = 7.0
 
+# How far out of reach a design counts that makes no machine: its log merit is the worst.
+NO_MACHINE = 1e30
+
 
 @kernel
 def log_merit(ratio: float, penalty: float, violation: float) -> float:
     """Return the log merit: ``ratio`` is value/scale, ``violation`` > 0 where it is undefined."""
     if violation > 0.0:
         return CAP + (WORST - CAP) * min(1.0, violation / (1.0 + violation))
-    value = math.log(ratio) + penalty
-    return min(CAP, value)
+    if not ratio > 0.0:
+        return CAP
+    return min(CAP, math.log(ratio) + penalty)
+
+
+@kernel
+def write(row: FloatArray, values: tuple[float, ...]) -> None:
+    """Fill a row (k,) with the values of a NamedTuple."""
+    for k in range(len(values)):
+        row[k] = values[k]
+
+
+@formula
+def violation_of(limit: Any, value: float, task: FloatArray) -> float:
+    """Return by how much a value breaks a ``Limit``'s record on a packed task, > 0 where broken."""
+    bound = limit.bound
+    if limit.field >= 0.0:
+        bound = task[int(limit.field)]
+    if limit.factor >= 0.0:
+        bound = bound * task[int(limit.factor)] ** limit.power
+    if limit.relative > 0.0:
+        return limit.sign * (value / bound - 1.0)
+    return limit.sign * (value - bound)
 
 
 @batch_kernel
-def score(
-    values: FloatArray,
+def judge(
+    designs: FloatArray,
+    tasks: FloatArray,
+    table: FloatArray,
+    own: FloatArray,
+    unreached: FloatArray,
     scales: FloatArray,
-    minimise: bool,
+    powers: FloatArray,
+    limits: FloatArray,
+    objective: int,
+    sign: float,
+    offset: float,
     weight: float,
     constraints: FloatArray,
-    violations: FloatArray,
+    defined: BoolArray,
     log_merits: FloatArray,
     feasible: BoolArray,
 ) -> None:
-    """Turn scaled violations (n, c) into constraints in place, and fill log merit and feasible.
+    """Turn what n designs measure into constraints, feasibility and log merit.
 
-    ``values`` (n,) is the first objective, ``scales`` (n,) or (1,), ``violations`` (n,) > 0 where
-    the indices are undefined: there every other constraint is 1 + the violation.
+    ``table`` (n, indices), ``own`` (n, own limits), ``unreached`` (n,) and ``scales`` (n,) are what
+    the mechanism's kernel filled; each scale is multiplied with the task's fields to the ``powers``
+    (m,). ``limits`` (c, 8) are records of ``limit.LIMIT``, ``objective`` is a column of the table,
+    ``sign`` +1 or -1. Where the first of the own limits,
+    the dimensions, is broken, nothing else is defined; what is NaN counts as 1 + ``unreached``.
     """
     for i in numba.prange(constraints.shape[0]):
+        task = tasks[own_row(i, tasks.shape[0])]
+        impossible = own[i, 0] > 0.0
+        missing = 1.0 + (own[i, 0] if impossible else unreached[i])
+        if impossible:
+            unreached[i] = NO_MACHINE
         penalty = 0.0
         inside = True
         for j in range(constraints.shape[1]):
-            constraints[i, j] -= TOLERANCE
+            limit = limits.view(LIMIT)[j, 0]
+            column = int(limit.column)
+            if limit.source == OWN:
+                value = own[i, column]
+            elif limit.source == INDEX:
+                value = violation_of(limit, table[i, column], task)
+            else:
+                value = violation_of(limit, designs[i, column], task)
+            known = not (math.isnan(value) or (impossible and j > 0))
+            if not known:
+                value = missing
+            defined[i, j] = known
+            constraints[i, j] = value - TOLERANCE
             penalty += max(0.0, constraints[i, j])
             inside = inside and constraints[i, j] <= 0.0
-        scale = scales[own_row(i, scales.shape[0])]
-        ratio = values[i] / scale if minimise else scale / values[i]
-        log_merits[i] = log_merit(ratio, weight * penalty, violations[i])
+        value = offset + table[i, objective]
+        scale = scales[i]
+        for k in range(powers.shape[0]):
+            if powers[k] != 0.0:
+                scale *= task[k] ** powers[k]
+        ratio = value / scale if sign > 0.0 else scale / value
+        log_merits[i] = log_merit(ratio, weight * penalty, unreached[i])
         feasible[i] = inside
 
 

@@ -15,8 +15,14 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions
 from pkm_gym.core.types import BoolArray, FloatArray
 
-ARRAYS = ("tasks", "starts", "designs", "optima", "active", "solvable")
+ARRAYS = (
+    "tasks", "starts", "designs", "optima", "active", "solvable", "constraints", "values",
+    "certified",
+)  # fmt: skip
 TEXTS = ("hash", "command")
+
+# Within this share of it an optimum must be what an older file says, for the file to be renewed.
+RENEWED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,9 @@ class Pool:
         optima: array (n,), the first objective there; NaN if unsolvable.
         active: array (n, c), the constraints that hold the optimum back.
         solvable: array (n,), whether the task has a feasible design.
+        constraints: array (n, c) of the designs.
+        values: array (n,), the first objective of the designs, feasible or not.
+        certified: array (n,), whether searches agree on the optimum; otherwise the best known.
         hash: ``hash()`` of the problem.
         command: what wrote the pool.
     """
@@ -40,6 +49,9 @@ class Pool:
     optima: FloatArray
     active: BoolArray
     solvable: BoolArray
+    constraints: FloatArray
+    values: FloatArray
+    certified: BoolArray
     hash: str
     command: str
 
@@ -63,6 +75,9 @@ class Pool:
             optima=solutions.optima,
             active=solutions.active,
             solvable=solutions.solvable,
+            constraints=solutions.constraints,
+            values=solutions.values,
+            certified=solutions.certified,
             hash=problem.hash(),
             command=command,
         )
@@ -85,6 +100,41 @@ class Pool:
             raise ValueError(f"{str(path)!r} {complaint}: {_wanted(problem)}")
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         return cls(**values, hash=problem.hash(), command=str(content["command"]))
+
+
+def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: bool) -> Pool:
+    """Return a pool of an older version of a file or of a problem, if its optima still hold.
+
+    Args:
+        path: the file.
+        problem: what it is a pool of.
+        certified: whether an older file that doesn't say so held certified optima only.
+
+    Raises:
+        ValueError: in one sentence, for a file that is no pool of such a problem, or an optimum
+            that the problem evaluates to something else.
+    """
+    content = _read(Path(path), problem)
+    missing = [name for name in (*ARRAYS[:6], "command") if name not in content]
+    if missing:
+        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {_wanted(problem)}")
+    evaluation = problem.evaluate(content["designs"], content["tasks"])
+    values, solvable = evaluation.objectives[:, 0], content["solvable"]
+    kept = np.isclose(values, content["optima"], rtol=RENEWED, atol=0.0) & evaluation.feasible
+    if (solvable & ~kept).any():
+        at = int(np.flatnonzero(solvable & ~kept)[0])
+        raise ValueError(
+            f"{str(path)!r} says that the optimum of its task {at} is {content['optima'][at]!r}, "
+            f"and {problem.name} evaluates it to {values[at]!r}: solve its tasks again"
+        )
+    return Pool(
+        **{name: content[name] for name in ARRAYS[:6]},
+        constraints=evaluation.constraints,
+        values=values,
+        certified=content.get("certified", np.full(len(values), certified)),
+        hash=problem.hash(),
+        command=str(content["command"]),
+    )
 
 
 def write_npz(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
@@ -111,7 +161,8 @@ def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
 def _wanted(problem: DesignProblem) -> str:
     return (
         f"expected an npz file with {', '.join(ARRAYS + TEXTS)} of {problem.name} "
-        f"(hash {problem.hash()[:12]}), as Pool.save writes it"
+        f"(hash {problem.hash()[:12]}), as Pool.save writes it; "
+        "`pkm-gym restamp` renews older files"
     )
 
 
@@ -124,8 +175,9 @@ def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Itera
         yield f"belongs to another problem (hash {str(content['hash'])[:12]})"
     n = content["tasks"].shape[:1]
     m, d, c = len(problem.task_variables), len(problem.low), len(problem.constraint_names)
-    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n)
-    for name, kind, shape in zip(ARRAYS, (*[float] * 4, bool, bool), shapes, strict=True):
+    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n, (*n, c), n, n)
+    kinds = (*[float] * 4, bool, bool, float, float, bool)
+    for name, kind, shape in zip(ARRAYS, kinds, shapes, strict=True):
         array = content[name]
         if array.dtype != kind or array.shape != shape:
             yield f"has {name} as {array.dtype} of shape {array.shape}, not of shape {shape}"

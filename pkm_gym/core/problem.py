@@ -6,86 +6,37 @@ import hashlib
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, replace
 from math import isfinite
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
 from pkm_gym.core import merit
+from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.mechanism import Mechanism
+from pkm_gym.core.limit import Limit, packed
+from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.names import check_known
+from pkm_gym.core.options import Options
 from pkm_gym.core.reference import Reference
+from pkm_gym.core.rows import Dimension, Index, Measured
 from pkm_gym.core.task import Task, TaskVariable, Variable
 from pkm_gym.core.trial import TrialObjective
 from pkm_gym.core.types import FloatArray
 
 TaskLike = Task | Mapping[str, float] | None
 
-
-@dataclass(frozen=True)
-class Index:
-    """A named performance number of a design."""
-
-    name: str
-    unit: str
-    doc: str
-
-
-@dataclass(frozen=True)
-class Objective:
-    """An index that is optimised; no feasible design of a legal task reaches ``worst``."""
-
-    name: str
-    direction: Literal["minimise", "maximise"]
-    unit: str
-    worst: float
-
-    @property
-    def sign(self) -> float:
-        """+1 where less is better, -1 where more is."""
-        return 1.0 if self.direction == "minimise" else -1.0
-
-
-class Dimension(NamedTuple):
-    """A derived dimension with its unit."""
-
-    value: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is fixed when a problem is made; a mechanism adds its presets and sampling."""
-
-    @classmethod
-    def of(cls, options: Mapping[str, Any]) -> Self:
-        """Return the options from keyword arguments.
-
-        Raises:
-            ValueError: for an unknown option (with its closest match) or an illegal value.
-        """
-        check_known("option", options, [item.name for item in fields(cls)])
-        return cls(**options)
-
-
-class Measurement(NamedTuple):
-    """What a mechanism's kernel fills for n designs."""
-
-    table: FloatArray  # (n, indices), NaN where undefined
-    violations: FloatArray  # (n, constraints), scaled and dimensionless, > 0 where broken
-    unreached: FloatArray  # (n,), > 0 where the indices are undefined
-    scales: FloatArray  # (n,), estimate of the first objective at the task's optimum
+ALL = "all"  # as ``free``: every variable
 
 
 class DesignProblem(ABC):
-    """The paper's design problem of one mechanism.
+    """A design problem of one mechanism: what is declared, and the kernel that measures.
 
     Args:
         task: a Task, or a mapping of the fields that differ from the paper's.
         objective: the name of an objective, or several; the first is the one merit uses.
-        free: names of the variables that are searched; the others stay at the printed design.
+        free: names of the variables that are searched, or "all"; the others stay at their default.
         fixed: variable -> value, taken out of the search.
         bounds: variable -> (low, high), other search bounds.
         options: what the mechanism offers (presets, sampling): see its page.
@@ -94,19 +45,26 @@ class DesignProblem(ABC):
         ValueError: for an unknown name, with its closest match, or an illegal value.
     """
 
+    declared: ClassVar[Declaration]
     name: ClassVar[str]
     title: ClassVar[str]
-    version: ClassVar[int]
-    package: ClassVar[str]
-    reference_file: ClassVar[str] = "paper.toml"
     task_type: ClassVar[type[Task]]
     options_type: ClassVar[type[Options]]
     all_variables: ClassVar[tuple[Variable, ...]]
     all_objectives: ClassVar[tuple[Objective, ...]]
     constraint_names: ClassVar[tuple[str, ...]]
-    dimension_names: ClassVar[tuple[str, ...]]
-    penalty_weight: ClassVar[float]
-    notes: tuple[str, ...] = ()
+    notes: ClassVar[tuple[str, ...]]
+    scale: float  # of merit: the first objective at the task's optimum, but for the task's powers
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Answer under short names with what is declared."""
+        super().__init_subclass__(**more)
+        if "declared" in vars(cls):
+            said = cls.declared
+            cls.name, cls.title, cls.notes = said.name, said.title, tuple(said.notes)
+            cls.task_type, cls.options_type = said.task, said.options
+            cls.all_variables, cls.all_objectives = said.variables, tuple(said.objectives)
+            cls.constraint_names = said.constraint_names
 
     def __init__(
         self,
@@ -119,47 +77,62 @@ class DesignProblem(ABC):
         **options: Any,
     ) -> None:
         self.task = self.task_type.of(task)
-        self.options = self.options_type.of(options)
         self.objectives = self._chosen_objectives(objective)
+        self.options = self._chosen_options(options)
+        self.following: dict[str, str] = {}
         self.fixed = self._fixed_values(free, fixed)
         self.variables = self._free_variables(bounds or {})
-        self.index_table = self._chosen_indices()
+        self.index_table = tuple(item for item in self.declared.index_table if self._reports(item))
         self.index_names = tuple(index.name for index in self.index_table)
-        self.objective_columns = [self.index_names.index(o.name) for o in self.objectives]
+        table_names = [index.name for index in self.declared.index_table]
+        self.reported = [table_names.index(name) for name in self.index_names]
+        self.objective_columns = [table_names.index(o.name) for o in self.objectives]
         self.low = np.array([variable.low for variable in self.variables])
         self.high = np.array([variable.high for variable in self.variables])
-        self._template = np.array([self.fixed.get(v.name, 0.0) for v in self.all_variables])
-        self._columns = [i for i, v in enumerate(self.all_variables) if v.name not in self.fixed]
-        self._minimise = self.objectives[0].direction == "minimise"
+        names = [variable.name for variable in self.all_variables]
+        self._columns = [names.index(variable.name) for variable in self.variables]
+        self._template = np.array([self.fixed.get(name, 0.0) for name in names])
+        self._links = [(names.index(one), names.index(of)) for one, of in self.following.items()]
         self._task_row = self.task.pack()[None, :]
+        indices = {index.name: index.unit for index in self.declared.index_table}
+        variables = {variable.name: variable.unit for variable in self.all_variables}
+        self._units = variables | indices
+        own = [limit.name for limit in self.declared.own_limits]
+        fields = self.task_type.names()
+        self._limits = packed(self.declared.constraints, own, indices, variables, fields)
+        self.scale = self.objectives[0].scale
+        self._powers = np.array([self.objectives[0].powers.get(name, 0.0) for name in fields])
 
     # What a mechanism supplies ------------------------------------------------------------------
 
     @abstractmethod
-    def _chosen_indices(self) -> tuple[Index, ...]:
-        """Return the indices that are reported with these options and objectives."""
+    def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
+        """Measure complete designs (n, all variables) for tasks (n, m) or (1, m), never raising.
 
-    @abstractmethod
-    def _measure(self, designs: FloatArray, tasks: FloatArray) -> Measurement:
-        """Measure complete designs (n, all variables) for tasks (n, m) or (1, m), never raising."""
+        Fills ``rows``; its ``scales`` already hold ``self.scale``, for a kernel that knows better.
+        """
 
     @abstractmethod
     def _mechanism(self, design: FloatArray, task: Any) -> Mechanism:
         """Return the mechanism of a complete design."""
 
     @abstractmethod
-    def derived(self, design: FloatArray, task: TaskLike = None) -> dict[str, Dimension]:
-        """Return the derived dimensions of a design (d,), by name."""
+    def explain_own(self, design: FloatArray, task: Any, broken: list[str]) -> list[str]:
+        """Say in words, a line each, which of the mechanism's own limits a complete design breaks.
 
-    @abstractmethod
+        Where and by how much; ``broken`` names those that are.
+        """
+
     def from_dimensions(
         self, dimensions: Mapping[str, float], task: Any
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """Turn dimensions (m, rad) into values of all variables and changed task fields."""
+        """Turn dimensions (SI) into values of variables and changed task fields."""
+        del task
+        return dict(dimensions), {}
 
-    @abstractmethod
-    def explain_limits(self, design: FloatArray, task: Any, broken: list[str]) -> list[str]:
-        """Say in words, a line a broken limit, where in the workspace and by how much."""
+    def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices of a machine at poses (..., k), by the design's index."""
+        return machine.index_maps(pose)
 
     def _grid(self) -> FloatArray | None:
         """Return the paper's grid of complete designs, or None where the paper has none."""
@@ -170,7 +143,7 @@ class DesignProblem(ABC):
     @property
     def reference(self) -> Reference:
         """The printed numbers, their verdicts and our verified values."""
-        return Reference.load(self.package, self.reference_file)
+        return Reference.load(self.declared.package, self.declared.reference)
 
     @property
     def task_variables(self) -> tuple[TaskVariable, ...]:
@@ -197,29 +170,38 @@ class DesignProblem(ABC):
             ValueError: for a wrong shape or type, or a task outside the legal range.
         """
         designs = self._checked(designs)
-        task_rows = self._task_rows(tasks, len(designs))
-        table, constraints, unreached, scales = self._measure(self.complete(designs), task_rows)
-        log_merit = np.empty(len(designs))
-        feasible = np.empty(len(designs), dtype=np.bool_)
-        merit.score(
-            0.02 * len(designs),
-            table[:, self.objective_columns[0]],
-            scales,
-            self._minimise,
-            self.penalty_weight,
-            constraints,
-            unreached,
-            log_merit,
-            feasible,
+        tasks = self._task_rows(tasks, len(designs))
+        full, n = self.complete(designs), len(designs)
+        rows = Measured(
+            np.empty((n, len(self.declared.index_table))),
+            np.empty((n, len(self.declared.own_limits))),
+            np.empty(n),
+            np.empty(n),
         )
-        return Evaluation(self, designs, task_rows, table, constraints, feasible, log_merit)
+        rows.scales.fill(self.scale)
+        self._measure(full, tasks, rows)
+        constraints = np.empty((n, len(self._limits)))
+        defined = np.empty(constraints.shape, dtype=np.bool_)
+        log_merit, feasible = np.empty(n), np.empty(n, dtype=np.bool_)
+        first = self.objectives[0]
+        merit.judge(
+            0.03 * n, full, tasks, *rows, self._powers, self._limits, self.objective_columns[0],
+            first.sign, first.offset, self.declared.penalty_weight, constraints, defined, log_merit,
+            feasible,
+        )  # fmt: skip
+        return Evaluation(
+            self, designs, tasks, rows.table, constraints, defined, rows.unreached, feasible,
+            log_merit,
+        )  # fmt: skip
 
     def complete(self, designs: FloatArray) -> FloatArray:
         """Return designs (n, d) with the fixed variables put in: (n, all variables)."""
-        if not self.fixed:
+        if len(self._columns) == len(self.all_variables):
             return designs
         full = np.repeat(self._template[None, :], len(designs), axis=0)
         full[:, self._columns] = designs
+        for column, source in self._links:
+            full[:, column] = full[:, source]
         return full
 
     def reduced(self, full: FloatArray) -> FloatArray:
@@ -240,6 +222,17 @@ class DesignProblem(ABC):
         full = self._complete_one(design)
         return {v.name: float(x) for v, x in zip(self.all_variables, full, strict=True)}
 
+    def derived(self, design: FloatArray, task: TaskLike = None) -> dict[str, Dimension]:
+        """Return the derived dimensions of a design (d,), by name."""
+        if not self.declared.dimensions:
+            return {}
+        machine = self.mechanism(design, task)
+        units = machine.units()
+        return {
+            name: Dimension(float(getattr(machine, name)), units.get(name, ""))
+            for name in self.declared.dimensions
+        }
+
     def design(self, values: Mapping[str, float]) -> FloatArray:
         """Return the design (d,) of named values; fixed variables may be left out.
 
@@ -250,14 +243,44 @@ class DesignProblem(ABC):
         for name, value in self.fixed.items():
             if not np.isclose(values.get(name, value), value, rtol=1e-12, atol=0.0):
                 raise ValueError(f"{name} is fixed at {value:g}: {values[name]!r} disagrees")
+        for name, source in self.following.items():
+            if name in values and values[name] != values.get(source, self.fixed.get(source)):
+                raise ValueError(f"{name} follows {source}: free it with free= to give its value")
         for name in self.variable_names:
             if name not in values:
                 raise ValueError(f"the design lacks {name}: give {', '.join(self.variable_names)}")
         return np.array([float(values[name]) for name in self.variable_names])
 
     def printed_design(self) -> FloatArray:
-        """Return the design (d,) that the paper prints."""
-        return np.array([self.reference.design[name] for name in self.variable_names])
+        """Return the design (d,) that the paper prints; the default one where there is no paper."""
+        return self.reduced(self._defaults()[None])[0]
+
+    def local_violations(
+        self, machine: Mechanism, pose: FloatArray, task: Task
+    ) -> dict[str, FloatArray]:
+        """Return by how much poses (..., k) break a limit, by constraint: > 0 where broken.
+
+        Of the limits whose index is the extreme of a local one; NaN out of reach.
+        """
+        maps = self.index_maps(machine, pose)
+        return {
+            limit.name: limit.violation(
+                maps[limit.quantity].values, task, self.unit(limit.quantity)
+            )
+            for limit in self.declared.constraints
+            if isinstance(limit, Limit)
+            and limit.quantity in maps
+            and maps[limit.quantity].kind != "mean"
+        }
+
+    def drawn_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., k) that pictures show: reported ones."""
+        maps = self.index_maps(machine, pose)
+        return {name: maps[name] for name in maps if maps[name].drawn and name in self.index_names}
+
+    def unit(self, name: str) -> str:
+        """Return the unit of an index, reported or not, or of a variable."""
+        return self._units[name]
 
     def grid(self) -> FloatArray | None:
         """Return the paper's grid (n, d) within the bounds, or None where the paper has none."""
@@ -296,19 +319,23 @@ class DesignProblem(ABC):
         return TrialObjective(self, self._task(task))
 
     def hash(self) -> str:
-        """Return the sha256 of what the numbers depend on, never of library versions."""
+        """Return the sha256 of what the numbers depend on, never of library versions.
+
+        Options at their default and variables that aren't searched at theirs don't enter it, so
+        that a new one leaves all hashes as they are.
+        """
         content = {
             "name": self.name,
-            "version": self.version,
+            "version": self.declared.version,
             "variables": [(v.name, v.low, v.high) for v in self.variables],
-            "fixed": dict(sorted(self.fixed.items())),
+            "fixed": self._unusual_fixed(),
             "task": [asdict(variable) for variable in self.task_variables],
             "objectives": [(o.name, o.direction) for o in self.objectives],
             "constraints": self.constraint_names,
-            "options": asdict(self.options),
+            "options": self.options.changed(),
         }
         for variable in content["task"]:  # type: ignore[attr-defined]  # wording is not the problem
-            del variable["doc"], variable["limit"]
+            del variable["doc"]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     # How arguments are checked --------------------------------------------------------------------
@@ -323,26 +350,77 @@ class DesignProblem(ABC):
         check_known("objective", chosen, known)
         return tuple(known[name] for name in chosen)
 
+    def _chosen_options(self, given: Mapping[str, Any]) -> Options:
+        """Return the options, with those on that the objectives' indices need."""
+        options = self.options_type.of(given)
+        names = {objective.name for objective in self.objectives}
+        needed = {
+            item.reported: True
+            for item in self.declared.index_table
+            if item.name in names and isinstance(item.reported, str)
+        }
+        return replace(options, **needed) if needed else options
+
+    def _unusual_fixed(self) -> dict[str, float]:
+        """Return the fixed values that are not just the defaults of unsearched variables."""
+        defaults = dict(zip([v.name for v in self.all_variables], self._defaults(), strict=True))
+        usual = {v.name: defaults[v.name] for v in self.all_variables if not v.searched}
+        return {k: x for k, x in sorted(self.fixed.items()) if usual.get(k) != x}
+
+    def _reports(self, item: Index) -> bool:
+        said = item.reported
+        return bool(getattr(self.options, said)) if isinstance(said, str) else said
+
     def _fixed_values(
         self, free: Iterable[str] | None, fixed: Mapping[str, float] | None
     ) -> dict[str, float]:
         names = [variable.name for variable in self.all_variables]
         values = {name: _number(f"fixed {name}", value) for name, value in (fixed or {}).items()}
         check_known("variable", values, names)
-        if free is not None:
-            free = (free,) if isinstance(free, str) else tuple(free)
-            check_known("variable", free, names)
-            for name in names:
-                if name in free and name in values:
-                    raise ValueError(f"{name} is both free and fixed: choose one")
-                if name not in free:
-                    values.setdefault(name, self.reference.design[name])
-        if len(values) == len(names):
+        searched = self._searched(free, names)
+        for name in names:
+            if free is not None and name in searched and name in values:
+                raise ValueError(f"{name} is both free and fixed: choose one")
+        if not searched - values.keys():
             raise ValueError("every variable is fixed: leave at least one to search")
-        return values
+        defaults = dict(zip(names, self._defaults(values).tolist(), strict=True))
+        for variable in self.all_variables:
+            if variable.name in searched or variable.name in values:
+                continue
+            if isinstance(variable.default, str):
+                self.following[variable.name] = variable.default
+            else:
+                values[variable.name] = defaults[variable.name]
+        return {name: values[name] for name in names if name in values}
+
+    def _searched(self, free: Iterable[str] | None, names: list[str]) -> set[str]:
+        if free is None:
+            return {variable.name for variable in self.all_variables if variable.searched}
+        chosen = (free,) if isinstance(free, str) else tuple(free)
+        if chosen == (ALL,):
+            return set(names)
+        check_known("variable", chosen, names)
+        return set(chosen)
+
+    def _defaults(self, values: Mapping[str, float] | None = None) -> FloatArray:
+        """Return the complete default design (all variables), with some values given.
+
+        A variable's declared default, else what the paper prints, else the middle of its range.
+        """
+        printed, chosen = self.reference.design, dict(values or {})
+        links = {v.name: v.default for v in self.all_variables if isinstance(v.default, str)}
+        for v in self.all_variables:
+            middle = 0.5 * (v.low + v.high)
+            default = printed.get(v.name, middle) if v.default is None else v.default
+            if not isinstance(default, str):
+                chosen.setdefault(v.name, float(default))
+        for name, source in links.items():
+            chosen.setdefault(name, chosen[source])
+        return np.array([chosen[v.name] for v in self.all_variables])
 
     def _free_variables(self, bounds: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-        free = [variable for variable in self.all_variables if variable.name not in self.fixed]
+        held = self.fixed.keys() | self.following.keys()
+        free = [variable for variable in self.all_variables if variable.name not in held]
         check_known("variable", bounds, [variable.name for variable in free])
         ranged = []
         for variable in free:
@@ -353,7 +431,7 @@ class DesignProblem(ABC):
                     f"bounds of {variable.name} are ({low:g}, {high:g}): the low one must be "
                     "the smaller"
                 )
-            ranged.append(Variable(variable.name, low, high, variable.unit, variable.doc))
+            ranged.append(replace(variable, low=low, high=high))
         return tuple(ranged)
 
     def _checked(self, designs: FloatArray) -> FloatArray:

@@ -6,9 +6,9 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.resources import files
 from typing import Any, Self
 
+from pkm_gym.core.calibration import package_file
 from pkm_gym.core.names import unknown
 
 
@@ -70,14 +70,18 @@ class Reference:
     def load(cls, package: str, file: str = "paper.toml") -> Self:
         """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``.
 
-        A package with more than one problem has a file for each.
+        A package with more than one problem has a file for each. Where there is none, nothing is
+        printed: the reference is empty, and false.
         """
         return cls._read(package, file)
 
     @classmethod
     @cache
     def _read(cls, package: str, file: str) -> Self:
-        table = tomllib.loads(files(package).joinpath(file).read_text(encoding="utf-8"))
+        source = package_file(package, file)
+        if source is None:
+            return cls({}, {}, {}, {}, (), {})
+        table = tomllib.loads(source.read_text(encoding="utf-8"))
         return cls(
             paper=table.pop("paper"),
             design=table.pop("design"),
@@ -92,6 +96,10 @@ class Reference:
             claims=tuple(Claim(**entry) for entry in table.pop("claims", [])),
             data=table,
         )
+
+    def __bool__(self) -> bool:
+        """Whether there is a paper."""
+        return bool(self.paper)
 
     def __getitem__(self, name: str) -> Value:
         """Return the printed number of that name.

@@ -42,17 +42,21 @@ class Solutions:
         tasks: array (n, m).
         designs: array (n, d), every constraint <= -1e-12; the least violating one if unsolvable.
         optima: array (n,), the first objective there; NaN if unsolvable.
+        values: array (n,), the same, and of the least violating design where it has one.
+        constraints: array (n, c) there.
         log_merit: array (n,), the log merit there.
         active: array (n, c), the constraints that hold the optimum back.
         solvable: array (n,), whether a feasible design was found.
-        certified: array (n,), whether two seeds and a polish of the better agree to 1e-10 in log
-            merit (and in solvable).
+        certified: array (n,), whether the searches and a polish of the best agree to 1e-10 in log
+            merit (and in solvable); otherwise it is the best that is known.
         evaluations: how many designs were evaluated in all.
     """
 
     tasks: FloatArray
     designs: FloatArray
     optima: FloatArray
+    values: FloatArray
+    constraints: FloatArray
     log_merit: FloatArray
     active: BoolArray
     solvable: BoolArray
@@ -77,9 +81,10 @@ def solve_tasks(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Solutions:
-    """Solve packed tasks (n, m): two seeds of differential evolution that must agree to 1e-10.
+    """Solve packed tasks (n, m): seeds of differential evolution that must agree to 1e-10.
 
-    So must a polish from the better of the two. Tasks whose searches disagree are searched again
+    How many, the problem declares: two, more where it has many basins. So must a polish from the
+    best of them. Tasks whose searches disagree are searched again
     with a population twice as large and a penalty ten times as heavy (where the multipliers exceed
     the merit's weight, its minimiser is no optimum), four times at most; what still disagrees is
     returned with ``certified`` False.
@@ -87,19 +92,23 @@ def solve_tasks(
     Args:
         problem: the design problem; its first objective is optimised.
         tasks: array (n, m) of packed tasks.
-        seed: of both searches.
+        seed: of all searches.
         progress: called with the number of tasks finished so far.
     """
     tasks = np.atleast_2d(np.asarray(tasks, dtype=float))
     sequence = np.random.SeedSequence(seed)
     report = progress or (lambda _: None)
-    first, second = (
-        _evolve(problem, tasks, np.random.default_rng(child)) for child in sequence.spawn(2)
+    best, *others = (
+        _evolve(problem, tasks, np.random.default_rng(child))
+        for child in sequence.spawn(problem.declared.searches)
     )
-    best = _better(first, second)
+    agreed = np.ones(len(tasks), dtype=bool)
+    for other in others:
+        agreed &= _agree(best, other)
+        best = _better(best, other)
     polisher = np.random.default_rng(sequence.spawn(1)[0])
     polished = _evolve(problem, tasks, polisher, near=best.designs, radius=NEAR)
-    agreed = _agree(first, second) & _agree(best, polished)
+    agreed &= _agree(best, polished)
     best = _better(best, polished)
     size, weight = PER_VARIABLE, 1.0
     for child in sequence.spawn(ROUNDS):
@@ -125,6 +134,8 @@ def solve_tasks(
         tasks=tasks,
         designs=best.designs,
         optima=np.where(best.solvable, evaluation.objectives[:, 0], np.nan),
+        values=evaluation.objectives[:, 0],
+        constraints=evaluation.constraints,
         log_merit=evaluation.log_merit,
         active=(evaluation.constraints > -ACTIVE) & best.solvable[:, None],
         solvable=best.solvable,
@@ -174,7 +185,7 @@ def _evolve(
     members = size * d
     population: FloatArray = _start(problem, n, members, generator, near, radius)
     found = _Search(population[:, 0].copy(), np.full(n, np.inf), np.zeros(n, dtype=bool))
-    extra = (weight - 1.0) * problem.penalty_weight
+    extra = (weight - 1.0) * problem.declared.penalty_weight
     merits = _measured(problem, tasks, population, np.arange(n), found, extra)
     running = np.arange(n)
     for generation in range(1, GENERATIONS + 1):

@@ -7,25 +7,30 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
 from math import isfinite
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
 
-Limit = Literal["", "lower", "upper"]
-
 
 @dataclass(frozen=True)
 class Variable:
-    """One coordinate of a design: search bounds, not constraints."""
+    """One coordinate of a design: search bounds, not constraints.
+
+    Where it isn't searched it has its ``default``, a number or that of the variable so named; None
+    stands for the paper's design. ``step`` is that of our grid.
+    """
 
     name: str
     low: float
     high: float
     unit: str
     doc: str
+    default: float | str | None = None
+    searched: bool = True
+    step: float = 0.01
 
 
 @dataclass(frozen=True)
@@ -33,8 +38,7 @@ class TaskVariable:
     """One number of a task.
 
     ``low`` and ``high`` are the range a Family draws from (equal: not drawn), ``legal_low`` and
-    ``legal_high`` what a task may have at all. ``limit`` says which bound of an index it is,
-    "lower" or "upper"; "" for what is no bound.
+    ``legal_high`` what a task may have at all.
     """
 
     name: str
@@ -45,7 +49,6 @@ class TaskVariable:
     high: float
     legal_low: float
     legal_high: float
-    limit: Limit = ""
 
     @property
     def drawn(self) -> bool:
@@ -60,12 +63,8 @@ def quantity(
     *,
     legal: tuple[float, float],
     family: tuple[float, float] | None = None,
-    limit: Limit = "",
 ) -> Any:
-    """Declare a field of a Task: default, unit, what it is, legal range, range of the Family.
-
-    ``limit`` is "lower" or "upper" for a field that bounds an index.
-    """
+    """Declare a field of a Task: default, unit, what it is, legal range, range of the Family."""
     return field(
         default=default,
         metadata={
@@ -73,7 +72,6 @@ def quantity(
             "doc": doc,
             "legal": legal,
             "family": family or (default, default),
-            "limit": limit,
         },
     )
 
@@ -113,7 +111,6 @@ class Task:
                 float(item.default),  # type: ignore[arg-type]  # quantity() always sets a number
                 *_pair(item.metadata["family"]),
                 *_pair(item.metadata["legal"]),
-                item.metadata["limit"],
             )
             for item in fields(cls)
         )

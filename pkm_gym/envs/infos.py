@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, Index
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.rows import Index
 from pkm_gym.core.task import TaskVariable, Variable
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.session import Rows, Session

@@ -1,38 +1,63 @@
-"""The ids of all environments, in one place."""
+"""The ids of all environments: derived from what is declared of the problems."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from gymnasium.envs.registration import register, registry
 
-# id -> (design problem, whether each episode has a task of its own, drawn from the Family)
-DESIGN = {
-    "PKM/Diamond-v0": ("diamond", False),
-    "PKM/DiamondFamily-v0": ("diamond", True),
-    "PKM/SPR3-v0": ("spr3", False),
-    "PKM/SPR3Family-v0": ("spr3", True),
-    "PKM/SPR3Cylinder-v0": ("spr3_cylinder", False),
-    "PKM/SPR3CylinderFamily-v0": ("spr3_cylinder", True),
-}
+from pkm_gym.core.declaration import Declaration
+from pkm_gym.mechanisms import installed_environments, own_declarations
 
-# id -> arguments: the design problem, and how its path is run where not by MotionEnv's defaults
-MOTION: dict[str, dict[str, Any]] = {
-    "PKM/DiamondMotion-v0": {"problem": "diamond"},
-    "PKM/SPR3Motion-v0": {"problem": "spr3", "speed": 20.0, "frame_skip": 20},
-}
+DESIGN, VECTOR = "pkm_gym.envs.design:DesignEnv", "pkm_gym.envs.vector:DesignVectorEnv"
+MOTION = "pkm_gym.envs.motion:MotionEnv"
 
 
 def register_environments() -> None:
-    """Register every id of the tables, once."""
-    for env_id, (problem, family) in DESIGN.items():
-        if env_id not in registry:
-            register(
-                env_id,
-                entry_point="pkm_gym.envs.design:DesignEnv",
-                vector_entry_point="pkm_gym.envs.vector:DesignVectorEnv",
-                kwargs={"problem": problem, "family": family},
-            )
-    for env_id, arguments in MOTION.items():
-        if env_id not in registry:
-            register(env_id, entry_point="pkm_gym.envs.motion:MotionEnv", kwargs=arguments)
+    """Register the ids of our own problems and of those that are installed, once.
+
+    Of an installed one only its entry point's name is read: the ids are made from that.
+    """
+    for declaration in own_declarations():
+        register_problem(declaration.name, declaration)
+    for _, where, environment in installed_environments():
+        _register_ids(environment, where, {}, {})
+
+
+def register_problem(where: str, declaration: Declaration) -> None:
+    """Register the ids of a declared problem: fixed, Family and, where it has a twin, Motion.
+
+    Args:
+        where: what the environments make it from: its name, or "module:Class".
+        declaration: what is declared of it.
+    """
+    budget = {} if declaration.evaluations == 12 else {"budget": declaration.evaluations}
+    _register_ids(declaration.environment, where, budget, declaration.motion)
+
+
+def environment_ids(declaration: Declaration) -> tuple[str, ...]:
+    """Return the ids of a declared problem that are registered."""
+    kinds = ("", "Family", "Motion")
+    ids = [f"PKM/{declaration.environment}{kind}-v0" for kind in kinds]
+    return tuple(env_id for env_id in ids if env_id in registry)
+
+
+def _register_ids(
+    environment: str, where: str, budget: Mapping[str, Any], motion: Mapping[str, Any] | None
+) -> None:
+    for kind, family in (("", False), ("Family", True)):
+        _register(
+            f"PKM/{environment}{kind}-v0",
+            entry_point=DESIGN,
+            vector_entry_point=VECTOR,
+            kwargs={"problem": where, "family": family, **budget},
+        )
+    if motion is not None:
+        kwargs = {"problem": where, **motion}
+        _register(f"PKM/{environment}Motion-v0", entry_point=MOTION, kwargs=kwargs)
+
+
+def _register(env_id: str, **arguments: Any) -> None:
+    if env_id not in registry:
+        register(env_id, **arguments)

@@ -1,44 +1,118 @@
-"""The registry: name -> design problem. A sixth mechanism is a folder and one line here."""
+"""The registry: name -> declaration -> design problem.
+
+A folder here with a ``declared.py`` is found by itself. A mechanism from outside is an equal:
+``register`` it, install it with an entry point of the group ``pkm_gym.mechanisms`` (the problem's
+name = "module:Class"), or write "module:Class" wherever a name is taken.
+"""
 
 from __future__ import annotations
 
+import sys
+import warnings
+from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
+from pkm_gym.core.declaration import Declaration, environment_name
 from pkm_gym.core.names import check_known
 
 if TYPE_CHECKING:
     from pkm_gym.core.problem import DesignProblem
 
-REGISTRY = {
-    "diamond": "pkm_gym.mechanisms.diamond.problem:DiamondProblem",
-    "spr3": "pkm_gym.mechanisms.spr3.problem:Spr3Problem",
-    "spr3_cylinder": "pkm_gym.mechanisms.spr3.cylinder:Spr3CylinderProblem",
-}
+GROUP = "pkm_gym.mechanisms"
+
+# Problems from outside that this process knows: name -> "module:Class".
+_registered: dict[str, str] = {}
 
 
 def problems() -> tuple[str, ...]:
-    """Return the names of the registered design problems."""
-    return tuple(REGISTRY)
+    """Return the names of the known design problems: our own, installed ones, registered ones."""
+    return tuple(addresses())
+
+
+def addresses() -> dict[str, str]:
+    """Return name -> "module:Class" of the known problems; nothing is imported for it."""
+    own = {declaration.name: declaration.problem for declaration in own_declarations()}
+    return {**_installed(), **_registered, **own}
+
+
+@cache
+def own_declarations() -> tuple[Declaration, ...]:
+    """Return the declarations of the folders here, in the order of their names."""
+    folders = sorted(item.name for item in iter_modules(__path__) if item.ispkg)
+    modules = [import_module(f"{__name__}.{folder}.declared") for folder in folders]
+    return tuple(
+        item
+        for module in modules
+        for item in vars(module).values()
+        if isinstance(item, Declaration)
+    )
 
 
 def problem_type(name: str) -> type[DesignProblem]:
-    """Return the class of a registered design problem.
+    """Return the class of a design problem, by name or "module:Class".
 
     Raises:
-        ValueError: for an unknown name, with its closest match.
+        ValueError: in one sentence, for an unknown name (with its closest match), a module or class
+            that can't be had, or a class that has another problem's name.
     """
-    check_known("mechanism", [name], REGISTRY)
-    module, _, attribute = REGISTRY[name].partition(":")
-    found: type[DesignProblem] = getattr(import_module(module), attribute)
+    if ":" in name:
+        found = _loaded(name)
+        known = addresses().get(found.name, address(found))
+        if known != address(found):
+            raise ValueError(f"{name} is called {found.name!r}, as {known} is: rename one of them")
+        return found
+    known_addresses = addresses()
+    check_known("mechanism", [name], known_addresses)
+    found = _loaded(known_addresses[name])
+    if found.name != name:
+        raise ValueError(
+            f"the entry point {name!r} stands for {known_addresses[name]}, which is called "
+            f"{found.name!r}: give both one name"
+        )
     return found
+
+
+def declaration(name: str) -> Declaration:
+    """Return what is declared of a problem, by name or "module:Class"; as ``problem_type``."""
+    for own in own_declarations():
+        if own.name == name:
+            return own
+    return problem_type(name).declared
+
+
+def register(problem: type[DesignProblem]) -> None:
+    """Make a design problem from outside an equal of ours, with its name and environments.
+
+    Environments keep "module:Class", so that they can be made in child processes too.
+
+    Raises:
+        TypeError: for what is no DesignProblem, or one that can't be imported by its name.
+        ValueError: for a name that another problem has.
+    """
+    from pkm_gym.core.problem import DesignProblem
+    from pkm_gym.envs.registration import register_problem
+
+    if not (isinstance(problem, type) and issubclass(problem, DesignProblem)):
+        raise TypeError(f"register takes a class of DesignProblem, not {problem!r}")
+    where = address(problem)
+    if _imported(where) is not problem:
+        raise TypeError(f"{where} is not {problem!r}: define it at the top of a module")
+    known = addresses().get(problem.name, where)
+    if known != where:
+        raise ValueError(f"{where} is called {problem.name!r}, as {known} is: rename one of them")
+    _registered[problem.name] = where
+    register_problem(where, problem.declared)
 
 
 def make_problem(name: str, **arguments: Any) -> DesignProblem:
     """Make a design problem.
 
     Args:
-        name: one of ``problems()``.
+        name: one of ``problems()``, or "module:Class" of a problem from outside.
         arguments: ``task``, ``objective``, ``free``, ``fixed``, ``bounds`` and the mechanism's
             options; see ``DesignProblem`` and the mechanism's page.
 
@@ -51,3 +125,58 @@ def make_problem(name: str, **arguments: Any) -> DesignProblem:
         >>> evaluation.indices["tau_G"]
     """
     return problem_type(name)(**arguments)
+
+
+def address(problem: type[DesignProblem]) -> str:
+    """Return "module:Class" of a problem."""
+    return f"{problem.__module__}:{problem.__qualname__}"
+
+
+def called(problem: DesignProblem) -> str:
+    """Return what a command calls a problem: its name, or "module:Class" where that is unknown."""
+    return problem.name if problem.name in addresses() else address(type(problem))
+
+
+def installed_environments() -> Iterator[tuple[str, str, str]]:
+    """Yield (problem, "module:Class", environment's name) of the installed ones from outside."""
+    for name, where in _installed().items():
+        yield name, where, environment_name(name)
+
+
+@cache
+def _installed() -> dict[str, str]:
+    found: dict[str, str] = {}
+    for point in entry_points(group=GROUP):
+        if found.setdefault(point.name, point.value) != point.value:
+            warnings.warn(
+                f"two installed packages have a mechanism {point.name!r}: {found[point.name]} "
+                f"is taken, {point.value} is not",
+                stacklevel=2,
+            )
+    return found
+
+
+def _loaded(where: str) -> type[DesignProblem]:
+    from pkm_gym.core.problem import DesignProblem
+
+    found = _imported(where)
+    if not (isinstance(found, type) and issubclass(found, DesignProblem)):
+        raise ValueError(f"{where} is no DesignProblem")  # noqa: TRY004  # a wrong name, said in words
+    if "declared" not in dir(found):
+        raise ValueError(f"{where} declares nothing: give it a Declaration as `declared`")
+    return found
+
+
+def _imported(where: str) -> Any:
+    """Import "module:Class"; the current folder is the last place that is looked at."""
+    module, _, attribute = where.partition(":")
+    if "" not in sys.path:
+        sys.path.append("")
+    try:
+        return getattr(import_module(module), attribute)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+            raise
+        raise ValueError(f"there is no module {error.name!r} for the mechanism {where!r}") from None
+    except AttributeError:
+        raise ValueError(f"the module {module!r} has no {attribute!r}: wanted {where!r}") from None

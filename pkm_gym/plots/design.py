@@ -43,7 +43,7 @@ def design_figure(problem: DesignProblem, design: FloatArray, task: TaskLike = N
     if machine is None:
         figure.text(0.29, 0.5, "no machine to draw", ha="center", **words("title", color="faint"))
         return figure
-    maps = WorkspaceMaps.of(machine, chosen, _broken(evaluation))
+    maps = WorkspaceMaps.of(problem, machine, chosen, _broken(evaluation))
     index = maps.chosen(problem.objectives[0].name)
     axes = panel(figure, (0.062, 0.085, 0.465, 0.87))
     draw_map(axes, maps, index, detail=False)
@@ -68,7 +68,7 @@ def index_map_figure(
         lines = "\n".join(textwrap.wrap(evaluation.explain(0), WRAP))
         figure.text(0.5, 0.5, lines, ha="center", va="center", **words(color="bad"))
         return figure
-    maps = WorkspaceMaps.of(machine, chosen, _broken(evaluation))
+    maps = WorkspaceMaps.of(problem, machine, chosen, _broken(evaluation))
     if index is not None:
         check_known("index map", [index], maps.indices)
     names = [index] if index else list(maps.indices)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +12,8 @@ from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
 from pkm_gym.core.mechanism import IndexMap, Mechanism
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import Task
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.plots.machine import label_axes, outline
 from pkm_gym.plots.style import STYLE, label, shown, style_ticks, words
@@ -42,10 +43,12 @@ class WorkspaceMaps:
     violations: Mapping[str, FloatArray]
 
     @classmethod
-    def of(cls, machine: Mechanism, task: Any, broken: Container[str]) -> WorkspaceMaps:
+    def of(
+        cls, problem: DesignProblem, machine: Mechanism, task: Task, broken: Container[str]
+    ) -> WorkspaceMaps:
         """Measure a machine over its workspace; only ``broken`` constraints are looked up."""
         poses = machine.workspace_grid(COLUMNS, ROWS)
-        local = machine.local_violations(poses, task)
+        local = problem.local_violations(machine, poses, task)
         places = 1e3 * machine.drawn(poses)
         placed = np.asarray(np.isfinite(places).all(axis=-1))
         places[~placed] = places[placed].mean(axis=0) if placed.any() else 0.0
@@ -54,7 +57,7 @@ class WorkspaceMaps:
             places[..., 0],
             places[..., 1],
             placed,
-            machine.index_maps(poses),
+            problem.drawn_maps(machine, poses),
             {name: values for name, values in local.items() if name in broken},
         )
 

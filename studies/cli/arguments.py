@@ -96,7 +96,7 @@ def design_from(
     problem = _problem(kind, settings, fix, range_, objective, options)
     units = {variable.name: variable.unit for variable in problem.all_variables}
     derived = problem.derived(problem.printed_design())
-    units |= {key: derived[key].unit for key in problem.dimension_names}
+    units |= {key: derived[key].unit for key in problem.declared.dimensions}
     given = {key: parse(text, units[key], what=key) for key, text in settings.design.items()}
     values, changes = problem.from_dimensions(given, problem.task)
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
@@ -124,7 +124,7 @@ class _Settings:
 def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     task_units = {f"task.{item.name}": item.unit for item in kind.task_type.variables()}
     defaults = {item.name: item.default for item in fields(kind.options_type)}
-    of_design = {variable.name for variable in kind.all_variables} | set(kind.dimension_names)
+    of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
     settings = _Settings({}, {}, {})
     for key, text in _assignments("--set", set_).items():
         if key in task_units:
@@ -161,12 +161,6 @@ def _problem(
         bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
         **{**options, **settings.options},
     )
-
-
-def report_all(name: str) -> dict[str, Any]:
-    """Return the options with which a mechanism reports all of its indices."""
-    names = {item.name for item in fields(problem_type(name).options_type)}
-    return {"cycle": True} if "cycle" in names else {}
 
 
 def _assignments(flag: str, texts: Texts) -> dict[str, str]:

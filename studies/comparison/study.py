@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, Dimension
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import show
 from pkm_gym.studies.cli.arguments import own_command
 from pkm_gym.studies.cli.terminal import HEAD

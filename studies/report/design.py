@@ -14,8 +14,9 @@ from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, Dimension
+from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Value
+from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, HEAD, listing, section, table

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from pkm_gym.studies.cli.arguments import design_from, report_all
+from pkm_gym.mechanisms import declaration
+from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
     DesignOption,
     JsonOption,
@@ -41,5 +42,5 @@ def command(
 
 
 def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    given = design_from(name, set_, objective=objective, **report_all(name))
+    given = design_from(name, set_, objective=objective, **declaration(name).reporting)
     return Report(given, given.problem.evaluate(given.design[None], given.task))

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import re
-from dataclasses import fields
 from typing import Annotated, Any
 
 import gymnasium
@@ -14,8 +11,7 @@ from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import converted, shown
-from pkm_gym.mechanisms import make_problem, problems
-from pkm_gym.studies.cli.arguments import report_all
+from pkm_gym.mechanisms import declaration, make_problem, problems
 from pkm_gym.studies.cli.terminal import FAINT, HEAD, console, section, table
 
 
@@ -29,7 +25,7 @@ def command(
     if name is None:
         _show_all(screen)
     else:
-        _show_one(screen, make_problem(name, **report_all(name)))
+        _show_one(screen, make_problem(name, **declaration(name).reporting))
 
 
 def _show_all(screen: Console) -> None:
@@ -71,11 +67,10 @@ def _show_one(screen: Console, problem: DesignProblem) -> None:
             _objectives(problem),
         ),
         ("Indices", _indices(problem)),
+        ("Constraints", _constraints(problem)),
     ):
         screen.print(section(title))
         screen.print(rows)
-    screen.print(section("Constraints"))
-    screen.print(", ".join(problem.constraint_names))
 
 
 def _variables(problem: DesignProblem) -> Any:
@@ -98,11 +93,9 @@ def _task(problem: DesignProblem) -> Any:
 
 
 def _options(problem: DesignProblem) -> Any:
-    rows = table("option", "default", "what it is")
-    kind = type(problem).options_type
-    described = dict(re.findall(r"^ +(\w+): (.+?)\.?$", inspect.getdoc(kind) or "", re.MULTILINE))
-    for item in fields(kind):
-        rows.add_row(item.name, _written(item.default), described.get(item.name, ""))
+    rows = table("option", "default", "allowed", "what it is")
+    for item in problem.options_type.table():
+        rows.add_row(item.name, _written(item.default), item.allowed, item.doc)
     return rows
 
 
@@ -119,6 +112,19 @@ def _indices(problem: DesignProblem) -> Any:
     rows = table("index", "unit", "what it is")
     for index in problem.index_table:
         rows.add_row(index.name, shown(0.0, index.unit)[1], index.doc)
+    return rows
+
+
+def _constraints(problem: DesignProblem) -> Any:
+    rows = table("constraint", "what it says", "violation")
+    own = {limit.name: limit.doc for limit in problem.declared.own_limits}
+    for limit in problem.declared.constraints:
+        if isinstance(limit, str):
+            rows.add_row(limit, own[limit], "the mechanism's own")
+            continue
+        words = f"{limit.quantity} {limit.side_words} {limit.bound_words}"
+        share = "share of the bound" if limit.relative(problem.unit(limit.quantity)) else "absolute"
+        rows.add_row(limit.name, words, share)
     return rows
 
 

@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import make_problem
-from pkm_gym.studies.cli.arguments import report_all
+from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.options import Name, SeedOption, json_option, out_option
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
@@ -54,7 +53,7 @@ def command(
 
 
 def _problem(name: str) -> DesignProblem:
-    problem = make_problem(name, **report_all(name))
+    problem = make_problem(name, **declaration(name).reporting)
     missing = [index for index in INDICES if index not in problem.index_names]
     if missing:
         raise ValueError(f"{name} has no {' and no '.join(missing)} to validate")

@@ -140,7 +140,7 @@ def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):
             assert value == merit
         elif merit < 6.0:
             penalty = np.maximum(evaluation.constraints[0], 0.0).sum()
-            offsets.append(merit - problem.penalty_weight * penalty - value)
+            offsets.append(merit - problem.declared.penalty_weight * penalty - value)
     assert undefined
     assert evaluator.count == 500
     np.testing.assert_allclose(offsets, offsets[0], atol=1e-9)

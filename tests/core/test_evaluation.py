@@ -194,11 +194,31 @@ CORNER, TOP = r"at x = -?400 mm, y = -612 mm", r"at x = -?1\d\d mm, y = -492 mm"
 BROKEN: dict[str, tuple[dict[str, float], tuple[float, ...], str]] = {
     "reach_inner": ({}, (0.6, 2.56, -0.1), r"top edge comes 25\.0 mm too near to a drive"),
     "reach_outer": ({}, (0.6, 1.3, 0.7), r"far bottom corner lies 87\.9 mm beyond the limb"),
-    "spacing": ({"lam_e_min": 0.65}, PRINTED, r"lam_e is 0\.6; it must be at least 0\.65"),
-    "sigma_max": ({"sigma_high": 1.4}, PRINTED, rf"is 1\.49\d+ {TOP}; it must be at most 1\.4"),
-    "sigma_min": ({"sigma_low": 0.75}, PRINTED, rf"is 0\.7301 {CORNER}; .* at least 0\.75"),
-    "alpha": ({"alpha_low": 1.0}, PRINTED, rf"\(deg\) is 55\.25 {CORNER}; .* at least 57\.3"),
-    "beta": ({"beta_low": 0.8}, PRINTED, rf"\(deg\) is 44\.17 {TOP}; .* at least 45\.84"),
+    "spacing": (
+        {"lam_e_min": 0.65},
+        PRINTED,
+        r"lam_e is 0\.6, 0\.05 too small; it must be at least 0\.65",
+    ),
+    "sigma_max": (
+        {"sigma_high": 1.4},
+        PRINTED,
+        rf"is 1\.49\d+ {TOP}, 0\.09\d+ too large; .* at most 1\.4",
+    ),
+    "sigma_min": (
+        {"sigma_low": 0.75},
+        PRINTED,
+        rf"is 0\.7301 {CORNER}, 0\.0198\d+ too small; .* at least 0\.75",
+    ),
+    "alpha": (
+        {"alpha_low": 1.0},
+        PRINTED,
+        rf"is 55\.25 deg {CORNER}, 2\.05 deg too small; .* at least 57\.3 deg",
+    ),
+    "beta": (
+        {"beta_low": 0.8},
+        PRINTED,
+        rf"is 44\.17 deg {TOP}, 1\.67\d deg too small; .* at least 45\.84 deg",
+    ),
 }
 
 

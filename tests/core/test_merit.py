@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import pkm_gym
 from pkm_gym.core import merit
+from pkm_gym.core.limit import packed
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
 
@@ -25,13 +26,18 @@ def scored(
     weight: float = 5.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Constraints, log merit and feasibility from scaled violations."""
-    table = np.array(constraints)
-    log_merit, feasible = np.empty(len(values)), np.empty(len(values), dtype=bool)
-    merit.score(
-        0.0, np.array(values), np.array([scale]), minimise, weight, table, np.array(unreached),
-        log_merit, feasible,
+    own = np.column_stack([np.full(len(values), -1.0), np.array(constraints)])
+    n, c = own.shape
+    names = [f"limit {j}" for j in range(c)]
+    log_merit, feasible = np.empty(n), np.empty(n, dtype=bool)
+    judged, defined = np.empty((n, c)), np.empty((n, c), dtype=bool)
+    merit.judge(
+        0.0, np.empty((n, 1)), np.empty((1, 1)), np.array(values)[:, None], own,
+        np.array(unreached), np.full(n, scale), np.zeros(1), packed(names, names, {}, {}, ()), 0,
+        1.0 if minimise else -1.0, 0.0, weight, judged, defined, log_merit, feasible,
     )  # fmt: skip
-    return table, log_merit, feasible
+    assert defined.all()
+    return judged[:, 1:], log_merit, feasible
 
 
 @given(
@@ -92,7 +98,7 @@ def test_log_merit_of_designs_is_the_formula_up_to_the_tasks_scale(
     below = evaluation.log_merit < merit.CAP
     penalty = np.maximum(evaluation.constraints, 0.0).sum(axis=1)
     sign = 1.0 if problem.directions[0] == "minimize" else -1.0
-    rest = evaluation.log_merit - problem.penalty_weight * penalty
+    rest = evaluation.log_merit - problem.declared.penalty_weight * penalty
     rest -= sign * np.log(evaluation.objectives[:, 0])
     assert below.sum() > 100
     np.testing.assert_allclose(rest[below], rest[below][0], rtol=0.0, atol=1e-12)

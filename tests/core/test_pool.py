@@ -15,7 +15,10 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import solve_tasks
 
-ARRAYS = ("tasks", "starts", "designs", "optima", "active", "solvable")
+ARRAYS = (
+    "tasks", "starts", "designs", "optima", "active", "solvable", "constraints", "values",
+    "certified",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 from typing import Any
 
@@ -32,7 +33,7 @@ def test_problems_are_listed_and_an_unknown_one_is_answered_with_the_closest() -
         ({"fixed": {"lam_x": 1.0}}, "unknown variable 'lam_x'"),
         ({"bounds": {"gab": (0.1, 0.2)}}, "unknown variable 'gab'; did you mean 'gap'"),
         ({"smapling": (3, 3)}, "unknown option 'smapling'; did you mean 'sampling'"),
-        ({"inertia": "uniform"}, "unknown inertia preset 'uniform'; did you mean 'uniform-arm'"),
+        ({"inertia": "uniform"}, "unknown inertia 'uniform'; did you mean 'uniform-arm'"),
     ],
 )
 def test_an_unknown_name_is_answered_with_the_closest(
@@ -197,7 +198,8 @@ def test_the_hash_depends_on_the_version_and_the_tasks_ranges(
 ) -> None:
     problem = pkm_gym.make_problem("diamond")
     before = problem.hash()
-    monkeypatch.setattr(type(problem), "version", problem.version + 1)
+    newer = dataclasses.replace(problem.declared, version=problem.declared.version + 1)
+    monkeypatch.setattr(type(problem), "declared", newer)
     versioned = problem.hash()
     fewer = problem.task_variables[:-1]
     monkeypatch.setattr(problem.task_type, "variables", lambda: fewer)

@@ -59,4 +59,4 @@ def test_a_value_is_found_by_name_else_the_closest_is_offered(problem: DesignPro
 
 
 def test_it_is_read_once(problem: DesignProblem) -> None:
-    assert Reference.load(problem.package, problem.reference_file) is problem.reference
+    assert Reference.load(problem.declared.package, problem.declared.reference) is problem.reference

@@ -23,7 +23,7 @@ def test_example_runs(code, tmp_path, monkeypatch):
 
 def test_page_states_ids_spaces_and_layout(env_id, make):
     env = make(env_id)
-    mechanism = env.problem.package.rpartition(".")[2]
+    mechanism = env.problem.declared.package.rpartition(".")[2]
     text = (PAGES / f"{mechanism}.md").read_text()
     size, moves = env.observation_space.shape[0], env.action_space.shape[0]
     assert f"`{env_id}`" in text

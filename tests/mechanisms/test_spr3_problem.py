@@ -13,7 +13,7 @@ import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference, Value
 from pkm_gym.core.solve import Solutions, solve_tasks
-from pkm_gym.mechanisms.spr3.indices import JACOBIANS
+from pkm_gym.mechanisms.spr3.declared import JACOBIANS
 
 PAPER = Reference.load("pkm_gym.mechanisms.spr3")
 CYLINDER = Reference.load("pkm_gym.mechanisms.spr3", "cylinder.toml")
@@ -407,7 +407,7 @@ def test_hostile_designs_are_answered_with_finite_numbers(name: str) -> None:
         ({"a": 0.2, "b": 0.4, "q_min": 0.5, "q_max": 0.7, "r1": 0.4}, "also has r1"),
         ({"a": 0.0, "b": 0.4, "q_min": 0.5, "q_max": 0.7}, "all must be finite and > 0"),
         ({"a": 0.2, "b": np.nan, "q_min": 0.5, "q_max": 0.7}, "all must be finite and > 0"),
-        ({"a": 0.2, "b": 0.4, "q_min": 0.7, "q_max": 0.5}, "q_min < q_max"),
+        ({"a": 0.2, "b": 0.4, "q_min": 0.7, "q_max": 0.5}, "must be less than q_max"),
         ({"r2": 1.0}, "r2 needs r1 or r3"),
         ({"r1": 0.5, "r2": 1.0, "r3": 1.5}, "r2 needs r1 or r3"),
     ],

@@ -128,8 +128,8 @@ def test_the_worst_pose_of_each_broken_limit_is_marked(problem, designs, which):
     machine = problem.mechanism(design)
     axes = plots.design_figure(problem, design).axes[1]
     found = marks(axes, plots.STYLE["bad"])
-    at_marks = machine.local_violations(poses_at(machine, found), problem.task)
-    grid = machine.local_violations(machine.workspace_grid(161, 33), problem.task)
+    at_marks = problem.local_violations(machine, poses_at(machine, found), problem.task)
+    grid = problem.local_violations(machine, machine.workspace_grid(161, 33), problem.task)
     broken = [
         name
         for name, value in zip(problem.constraint_names, evaluation.constraints[0], strict=True)
@@ -146,14 +146,14 @@ def test_the_worst_pose_of_each_broken_limit_is_marked(problem, designs, which):
 def test_the_worst_pose_of_the_index_is_marked(problem):
     design = problem.printed_design()
     machine = problem.mechanism(design)
-    for name, index in machine.index_maps(machine.workspace_grid(161, 33)).items():
+    for name, index in problem.drawn_maps(machine, machine.workspace_grid(161, 33)).items():
         axes = plots.index_map_figure(problem, design, index=name).axes[0]
         if index.kind == "mean":
             assert len(marks(axes, plots.STYLE["ink"])) == 0
             continue
         (pose,) = poses_at(machine, marks(axes, plots.STYLE["ink"]))
         worst = index.values.max() if index.kind == "max" else index.values.min()
-        assert machine.index_maps(pose)[name].values == pytest.approx(worst, rel=1e-9)
+        assert problem.drawn_maps(machine, pose)[name].values == pytest.approx(worst, rel=1e-9)
 
 
 def test_what_breaks_a_limit_is_hatched(problem, designs):
@@ -162,7 +162,7 @@ def test_what_breaks_a_limit_is_hatched(problem, designs):
     broken = problem.evaluate(design[None]).constraints[0] > 0.0
     names = set(np.array(problem.constraint_names)[broken])
     grid = machine.workspace_grid(53, 17)
-    local = machine.local_violations(grid, problem.task)
+    local = problem.local_violations(machine, grid, problem.task)
     if not names & set(local):
         pytest.skip("what it breaks is no matter of a pose")
     worst = np.max([values for name, values in local.items() if name in names], axis=0).ravel()
@@ -184,7 +184,7 @@ def test_a_feasible_design_carries_no_mark_of_a_broken_limit(problem):
     axes = plots.design_figure(problem, design).axes[1]
     assert len(marks(axes, plots.STYLE["bad"])) == 0
     machine = problem.mechanism(design)
-    maps = machine.index_maps(machine.sample_poses())
+    maps = problem.drawn_maps(machine, machine.sample_poses())
     shown = maps.get(problem.objectives[0].name, next(iter(maps.values())))
     assert len(marks(axes, plots.STYLE["ink"])) == (shown.kind != "mean")
 
@@ -224,7 +224,7 @@ def test_index_maps_show_all_or_the_one_named(problem, designs, kind):
         assert "dimensions" in texts(figure)
         return
     machine = problem.mechanism(designs[kind])
-    maps = machine.index_maps(machine.sample_poses())
+    maps = problem.drawn_maps(machine, machine.sample_poses())
     assert len(figure.axes) == len(maps)
     one = plots.index_map_figure(problem, designs[kind], index=list(maps)[-1])
     assert len(one.axes) == 1
@@ -234,7 +234,7 @@ def test_index_maps_show_all_or_the_one_named(problem, designs, kind):
 def test_the_map_shows_the_local_indices(problem):
     design = problem.printed_design()
     machine = problem.mechanism(design)
-    for name, index in machine.index_maps(machine.workspace_grid(161, 33)).items():
+    for name, index in problem.drawn_maps(machine, machine.workspace_grid(161, 33)).items():
         axes = plots.index_map_figure(problem, design, index=name).axes[0]
         values, unit = plots.shown(index.values, index.unit)
         bands = max(axes.collections, key=lambda c: len(getattr(c, "levels", ())))
@@ -251,7 +251,7 @@ def test_the_map_shows_the_local_indices(problem):
 def test_a_pole_does_not_wash_out_the_colours(problem, designs):
     """Near the edge of the reach an index has a pole: colours end at three times its median."""
     machine = problem.mechanism(designs["unreachable"])
-    index = next(iter(machine.index_maps(machine.workspace_grid(161, 33)).values()))
+    index = next(iter(problem.drawn_maps(machine, machine.workspace_grid(161, 33)).values()))
     if np.nanmax(index.values) <= 3.0 * np.nanmedian(index.values):
         pytest.skip("its first index has no pole")
     values, _ = plots.shown(index.values, index.unit)
@@ -269,7 +269,7 @@ def test_mistakes_get_one_sentence(problem, designs):
     with pytest.raises(ValueError, match="task field"):
         plots.design_figure(problem, designs["feasible"], {"no_such_field": 1.0})
     machine = problem.mechanism(designs["feasible"])
-    name = next(iter(machine.index_maps(machine.sample_poses())))
+    name = next(iter(problem.drawn_maps(machine, machine.sample_poses())))
     with pytest.raises(ValueError, match=f"did you mean '{name}'"):
         plots.index_map_figure(problem, designs["feasible"], index=name + "x")
 

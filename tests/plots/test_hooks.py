@@ -62,7 +62,7 @@ def test_workspace_is_a_closed_polygon_that_holds_the_grid_and_the_poses(machine
 def test_an_index_is_the_extreme_of_its_map_or_a_mean_within_it(problem):
     machine = problem.mechanism(problem.printed_design())
     evaluation = problem.evaluate(problem.printed_design()[None])
-    maps = machine.index_maps(machine.workspace_grid(401, 61))
+    maps = problem.drawn_maps(machine, machine.workspace_grid(401, 61))
     units = {index.name: index.unit for index in problem.index_table}
     for name, index in maps.items():
         value, low, high = evaluation.indices[name][0], index.values.min(), index.values.max()
@@ -81,12 +81,12 @@ def test_a_constraint_is_broken_where_its_local_violation_is_positive(problem, r
         task = evaluation.task(i)
         machine = problem.mechanism(designs[i], task)
         grid = machine.workspace_grid(201, 41)
-        for name, values in machine.local_violations(grid, task).items():
+        for name, values in problem.local_violations(machine, grid, task).items():
             constraint = evaluation.constraints[i, problem.constraint_names.index(name)]
             if abs(constraint) > 0.01:
                 assert (values.max() > 0.0) == (constraint > 0.0), name
                 seen.add((name, constraint > 0.0))
-    local = machine.local_violations(grid, task)
+    local = problem.local_violations(machine, grid, task)
     assert {name for name, broken in seen if not broken} == set(local)
     breakable = evaluation.constraints[np.isfinite(evaluation.objectives[:, 0])].max(axis=0) > 0.01
     expected = {n for n, b in zip(problem.constraint_names, breakable, strict=True) if b}
@@ -123,7 +123,7 @@ def test_diamond_maps_agree_with_numpy(rng):
     problem = pkm_gym.make_problem("diamond")
     machine = problem.mechanism(problem.printed_design())
     poses = in_reach(machine, rng)
-    maps = machine.index_maps(poses)
+    maps = problem.drawn_maps(machine, poses)
     scaled = machine.l1 * machine.inverse_jacobian(poses)
     sigma = np.linalg.svd(scaled, compute_uv=False)
     np.testing.assert_allclose(maps["sigma_max"].values, sigma[:, 0], rtol=1e-12)
@@ -139,7 +139,7 @@ def test_diamond_angles_are_those_between_the_drawn_links(rng):
     problem = pkm_gym.make_problem("diamond")
     machine = problem.mechanism(problem.printed_design())
     poses = in_reach(machine, rng)
-    maps = machine.index_maps(poses)
+    maps = problem.drawn_maps(machine, poses)
     for k, pose in enumerate(poses):
         links = machine.links(pose)
         arms = [np.diff(link.points, axis=0)[0] for link in links if link.role == "arm"]

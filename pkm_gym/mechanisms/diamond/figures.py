@@ -11,7 +11,7 @@ from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import cycle_path
+from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
 from pkm_gym.plots.pictures import Picture, machine_pictures
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def cycle(problem: DesignProblem) -> Figure:
     design = problem.printed_design()
     machine = problem.mechanism(design)
     assert isinstance(machine, Diamond)
-    width, lift, time, overlap = cycle_path(problem.pack(None))
+    width, lift, time, overlap = cycle_path(packed_task(problem.task))
     t = np.linspace(0.0, time, 801)
     states = np.array([pick_and_place(s, width, lift, time, overlap) for s in t.tolist()])
     states[:, 1] -= machine.H + machine.h

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from pkm_gym.mechanisms.diamond.kinematics import (
     inverse_jacobian_batch,
     inverse_kinematics_batch,
 )
-
-if TYPE_CHECKING:
-    from pkm_gym.mechanisms.diamond.problem import DiamondTask
 
 LOCAL_INDICES = ("sigma_max", "sigma_min", "sin_alpha", "sin_beta", "tau")
 
@@ -49,6 +46,11 @@ class Diamond(Mechanism):
     twist_names = ("vx", "vy")
     joint_names = ("theta_1", "theta_2")
     twin_module = "pkm_gym.mechanisms.diamond.twin"
+
+    @property
+    def lam_H(self) -> float:  # noqa: N802 (symbol of the paper)
+        """H over l1."""
+        return self.H / self.l1
 
     def inverse_kinematics(self, pose: FloatArray) -> FloatArray:
         """Return the arm angles (..., 2), rad, elbows outwards; NaN out of reach. Eq. (2)."""
@@ -121,6 +123,10 @@ class Diamond(Mechanism):
         corners = [(-right, bottom), (right, bottom), (right, top), (-right, top), (-right, bottom)]
         return np.array(corners)
 
+    def search_poses(self) -> FloatArray:
+        """Return poses (n, 2), m, all over the workspace."""
+        return self.workspace_grid(161, 41).reshape(-1, 2)
+
     def workspace_grid(self, columns: int, rows: int) -> FloatArray:
         """Return poses (rows, columns, 2), m, from the bottom left corner to the top right one."""
         low, high = (-0.5 * self.b, -self.H - self.h), (0.5 * self.b, -self.H)
@@ -143,17 +149,7 @@ class Diamond(Mechanism):
             "condition": IndexMap("condition", "", "max", larger / smaller),
             "alpha_min": IndexMap("alpha", "rad", "min", alpha),
             "beta_min": IndexMap("beta", "rad", "min", beta),
-        }
-
-    def local_violations(self, pose: FloatArray, task: DiamondTask) -> dict[str, FloatArray]:
-        """Return by how much poses (..., 2) break the limits of the task; NaN out of reach."""
-        local = self.local_indices(pose)
-        return {
-            "assembly": -local["sin_alpha"],
-            "sigma_max": local["sigma_max"] - task.sigma_high,
-            "sigma_min": task.sigma_low - local["sigma_min"],
-            "alpha": task.alpha_low - _angle(local["sin_alpha"]),
-            "beta": task.beta_low - _angle(local["sin_beta"]),
+            "sin_alpha": IndexMap("sin_alpha", "", "min", local["sin_alpha"]),
         }
 
     def _batch(

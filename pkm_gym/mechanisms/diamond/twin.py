@@ -25,8 +25,9 @@ from pkm_gym.core.twin import (
     new_spec,
 )
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.diamond.declared import DiamondTask
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import REFERENCE, DiamondTask, cycle_path
+from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
 
 SOLVER = Solver(timestep=2e-4, solref=(4e-4, 1.0))
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # x right, y up
@@ -82,7 +83,7 @@ def draw_poses(machine: Diamond, n: int, generator: np.random.Generator) -> Floa
 def course(machine: Diamond, samples: int = 201, task: DiamondTask | None = None) -> Course:
     """Return a task's pick-and-place cycle along the workspace's bottom edge, or the paper's."""
     task = task or DiamondTask(b=machine.b)
-    width, lift, time, overlap = cycle_path(task.pack())
+    width, lift, time, overlap = cycle_path(packed_task(task))
     rows = np.array([
         pick_and_place(t, width, lift, time, overlap) for t in np.linspace(0.0, time, samples)
     ])  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, smallest_projections
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
+from pkm_gym.mechanisms.spr3.words import position
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
 
@@ -147,19 +148,25 @@ class CylinderSpr3(Spr3):
         ends = [(0.0, 0.0, self.z_c), (r, 0.0, self.z_c - half), (-r, 0.0, self.z_c + half)]
         return self.pose_at(np.array(ends))
 
-    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return conditioning, the shortest and the longest leg at poses (..., 3)."""
-        lengths = self.inverse_kinematics(pose)
-        return {
-            "gci": IndexMap("lci", "", "mean", self._local_within_reach(pose)["lci"]),
-            "q_min": IndexMap("q", "m", "min", lengths.min(axis=-1)),
-            "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1)),
-        }
+    def search_poses(self) -> FloatArray:
+        """Return poses (n, 3) over the cylinder's ends and rims, where extremes lie."""
+        return self.pose_at(self.cylinder_points())
 
-    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
-        """Return by how much poses (..., 3) break the limits of the task; NaN out of reach.
+    def place(self, pose: FloatArray) -> str:
+        """Return in words where the platform's centre is at a pose (3,)."""
+        return f"at {position(self.position(pose))}"
+
+    def index_maps(self, pose: FloatArray, jacobian: str = "velocity") -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., 3), NaN out of reach.
 
         The S joints' largest angle may lie outside the section that is drawn.
         """
-        del task
-        return {"determinant": -self._local_within_reach(pose)["det"]}
+        lengths = self.inverse_kinematics(pose)
+        local = self._local_within_reach(pose, jacobian)
+        return {
+            "gci": IndexMap("lci", "", "mean", local["lci"]),
+            "q_min": IndexMap("q", "m", "min", lengths.min(axis=-1)),
+            "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1)),
+            "det": IndexMap("det", "", "min", local["det"], drawn=False),
+            "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"], drawn=False),
+        }

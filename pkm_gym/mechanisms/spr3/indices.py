@@ -24,9 +24,6 @@ from pkm_gym.mechanisms.spr3.velocity import angular_velocity, jacobian_row, leg
 # A part of the joint box thinner than this share of it counts for nothing.
 SMALLEST_PART = 1e-9
 
-# The homogeneous Jacobian that the conditioning indices are taken of: see ``homogeneous``.
-JACOBIANS = ("velocity", "tilt-a", "tilt-b", "tilt-D", "points")
-
 
 @kernel
 def homogeneous(code: int, a: float, b: float, D: float) -> tuple[float, float]:

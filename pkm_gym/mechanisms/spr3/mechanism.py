@@ -13,9 +13,9 @@ from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
+from pkm_gym.mechanisms.spr3.declared import JACOBIANS
 from pkm_gym.mechanisms.spr3.drawing import closed, drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
-    JACOBIANS,
     LOCAL,
     homogeneous,
     joint_angles_batch,
@@ -29,6 +29,9 @@ from pkm_gym.mechanisms.spr3.kinematics import (
     poses_at_batch,
 )
 from pkm_gym.mechanisms.spr3.velocity import twist_batch, velocity_batch
+from pkm_gym.mechanisms.spr3.words import legs
+
+LEVELS = 9  # leg lengths that are searched, from the shortest to the longest
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,11 @@ class Spr3(Mechanism):
     def D(self) -> float:  # noqa: N802 (symbol of the page)
         """The characteristic length (a + b + q_c) / 3, m."""
         return (self.a + self.b + self.q_c) / 3.0
+
+    @property
+    def r2(self) -> float:
+        """B over D."""
+        return self.b / self.D
 
     @property
     def home(self) -> FloatArray:
@@ -241,37 +249,44 @@ class Spr3(Mechanism):
         )
         return self.forward_kinematics(np.stack([twins, twins, third], axis=-1))
 
+    def joint_box(self) -> FloatArray:
+        """Return leg lengths (n, 3), m, over the joint box; by symmetry q_1 <= q_2 <= q_3."""
+        rise = np.linspace(self.q_min, self.q_max, LEVELS)
+        box = np.stack(np.meshgrid(rise, rise, rise, indexing="ij"), axis=-1).reshape(-1, 3)
+        ordered: FloatArray = box[(np.diff(box, axis=1) >= 0.0).all(axis=1)]
+        return ordered
+
+    def search_poses(self) -> FloatArray:
+        """Return poses (n, 3) all over the workspace, NaN where a singularity bars the way."""
+        return self.forward_kinematics(self.joint_box())
+
+    def place(self, pose: FloatArray) -> str:
+        """Return in words the legs of a pose (3,)."""
+        return f"with {legs(self.leg_lengths(pose))}"
+
     def sample_poses(self) -> FloatArray:
         """Return home and the two most tilted corners of the joint box (3, 3)."""
         low, high = self.q_min, self.q_max
         tilted = self.forward_kinematics(np.array([[low, low, high], [high, high, low]]))
         return np.concatenate([self.home[None], tilted])
 
-    def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return conditioning, parasitic offset and S angle at poses (..., 3).
+    def index_maps(self, pose: FloatArray, jacobian: str = "velocity") -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., 3), NaN out of reach.
 
         The R joints' smallest angle may lie outside the section that is drawn.
         """
-        local = self._local_within_reach(pose)
+        local = self._local_within_reach(pose, jacobian)
         return {
             "lci_min": IndexMap("lci", "", "min", local["lci"]),
             "parasitic": IndexMap("parasitic", "m", "max", local["parasitic"]),
             "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"]),
+            "r_angle": IndexMap("r_angle", "rad", "min", local["r_angle"], drawn=False),
+            "det": IndexMap("det", "", "min", local["det"], drawn=False),
+            "fold": IndexMap("fold", "", "min", local["fold"], drawn=False),
         }
 
-    def local_violations(self, pose: FloatArray, task: Any) -> dict[str, FloatArray]:
-        """Return by how much poses (..., 3) break the limits of the task; NaN out of reach."""
-        local = self._local_within_reach(pose)
-        return {
-            "determinant": -local["det"],
-            "fold": -local["fold"],
-            "parasitic": local["parasitic"] / (self.D * task.parasitic_max) - 1.0,
-            "s_angle": local["s_angle"] - task.s_angle_max,
-            "lci": task.lci_low - local["lci"],
-        }
-
-    def _local_within_reach(self, pose: FloatArray) -> dict[str, FloatArray]:
-        local = self.local_indices(pose)
+    def _local_within_reach(self, pose: FloatArray, jacobian: str) -> dict[str, FloatArray]:
+        local = self.local_indices(pose, jacobian)
         return {name: self._within_reach(pose, values) for name, values in local.items()}
 
     def _velocity(self, pose: FloatArray) -> FloatArray:

@@ -4,130 +4,46 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numba
-import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
-from pkm_gym.core.names import check_known
-from pkm_gym.core.problem import (
-    DesignProblem,
-    Dimension,
-    Index,
-    Measurement,
-    Objective,
-    Options,
-    TaskLike,
-)
-from pkm_gym.core.reference import Reference
+from pkm_gym.core.dimensions import all_of, positive
+from pkm_gym.core.mechanism import IndexMap, Mechanism
+from pkm_gym.core.merit import write
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import symmetric_cube
-from pkm_gym.core.task import Task, Variable, quantity
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.indices import (
+from pkm_gym.mechanisms.spr3.declared import (
+    DESIGN,
     JACOBIANS,
+    SPR3,
+    TASK,
+    UNDEFINED,
+    Design,
+    Indices,
+    Limits,
+    Spr3Options,
+    Spr3Task,
+)
+from pkm_gym.mechanisms.spr3.indices import (
     box_means,
     corners,
     homogeneous,
     smallest_revolute_sine,
 )
-from pkm_gym.mechanisms.spr3.limits import explain
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
-
-REFERENCE = Reference.load("pkm_gym.mechanisms.spr3")
+from pkm_gym.mechanisms.spr3.words import assembly_of_box
 
 # A ratio outside this range makes no machine.
 SMALLEST_RATIO, LARGEST_RATIO = 1e-3, 1e3
 
-# The unreached measure of a design that makes no machine: its log merit is the worst, 7.
-NO_MACHINE = 1e30
-
 # Legs nearer than this to lying flat at their shortest count as out of reach, in units of D.
 REACH_MARGIN = 1e-9
 
-
-@dataclass(frozen=True)
-class Spr3Task(Task):
-    """What the 3-SPR must do; the defaults are the paper's legs and size, and limits of ours."""
-
-    lam: float = quantity(
-        0.2,
-        "",
-        "half the legs' stroke over their middle length",
-        legal=(0.02, 0.5),
-        family=(0.19, 0.25),
-    )
-    D: float = quantity(0.43, "m", "characteristic length (a + b + q_c) / 3", legal=(0.01, 10.0))
-    volume_min: float = quantity(
-        0.15,
-        "",
-        "smallest volume of the workspace over D^3",
-        legal=(1e-4, 2.0),
-        family=(0.045, 0.15),
-        limit="lower",
-    )
-    parasitic_max: float = quantity(
-        0.06,
-        "",
-        "largest parasitic offset over D",
-        legal=(1e-3, 1.0),
-        family=(0.055, 0.125),
-        limit="upper",
-    )
-    s_angle_max: float = quantity(
-        math.pi / 4,
-        "rad",
-        "largest angle of an S joint",
-        legal=(0.05, 1.5),
-        family=(0.77, 1.15),
-        limit="upper",
-    )
-    r_angle_min: float = quantity(
-        0.0,
-        "rad",
-        "smallest angle of an R joint, 0 = off",
-        legal=(0.0, 1.5),
-        family=(0.0, 0.75),
-        limit="lower",
-    )
-    lci_low: float = quantity(
-        0.3,
-        "",
-        "smallest local conditioning index",
-        legal=(0.01, 0.95),
-        family=(0.3, 0.64),
-        limit="lower",
-    )
-
-
-@dataclass(frozen=True)
-class Spr3Options(Options):
-    """Options of the 3-SPR.
-
-    Attributes:
-        jacobian: whose conditioning: velocity, tilt-a, tilt-b, tilt-D or points.
-        nodes: Gauss nodes in each of three directions.
-    """
-
-    jacobian: str = "velocity"
-    nodes: int = 3
-
-    def __post_init__(self) -> None:
-        """Refuse illegal options."""
-        check_known("jacobian", [self.jacobian], JACOBIANS)
-        if not (isinstance(self.nodes, int) and 2 <= self.nodes <= 64):
-            raise ValueError(f"nodes is {self.nodes!r}: it must be a whole number from 2 to 64")
-
-
-INDICES = (
-    Index("gci", "", "mean local conditioning index over the workspace"),
-    Index("volume", "m^3", "volume of the workspace"),
-    Index("parasitic", "m", "largest parasitic offset"),
-    Index("s_angle", "rad", "largest angle of an S joint, from the base's normal to the leg"),
-    Index("r_angle", "rad", "smallest angle of an R joint, from the platform's plane to the leg"),
-    Index("lci_min", "", "smallest local conditioning index"),
-)
+LENGTHS = ("a", "b", "q_min", "q_max")
 
 
 @kernel
@@ -148,35 +64,27 @@ def measure(
     nodes: FloatArray,
     weights: FloatArray,
     table: FloatArray,
-    violations: FloatArray,
+    own: FloatArray,
     unreached: FloatArray,
 ) -> None:
-    """Fill indices (n, 6), violations (n, 9) and unreached (n,) of designs (n, 2)."""
+    """Fill the rows of ``Indices`` and ``Limits`` and unreached (n,) of designs (n, 2)."""
     for i in numba.prange(designs.shape[0]):
-        unreached[i] = measure_one(
-            designs[i, 0], designs[i, 1], tasks[own_row(i, tasks.shape[0])], jacobian, nodes,
-            weights, table[i], violations[i],
-        )  # fmt: skip
+        task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
+        design = designs.view(DESIGN)[i, 0]
+        indices, limits, unreached[i] = measure_one(design, task, jacobian, nodes, weights)
+        write(table[i], indices)
+        write(own[i], limits)
 
 
 @kernel
 def measure_one(
-    r1: float,
-    r3: float,
-    task: FloatArray,
-    jacobian: int,
-    nodes: FloatArray,
-    weights: FloatArray,
-    table: FloatArray,
-    violations: FloatArray,
-) -> float:
-    """Fill one design's row of indices and violations; return > 0 where they are undefined."""
-    lam, D, volume_min, parasitic_max, s_angle_max, r_angle_min, lci_low = task
-    table[:] = math.nan
-    violations[0] = dimensions_violation(r1, r3)
-    if violations[0] > 0.0:
-        violations[1:] = 1.0 + violations[0]
-        return NO_MACHINE
+    design: Design, task: Spr3Task, jacobian: int, nodes: FloatArray, weights: FloatArray
+) -> tuple[Indices, Limits, float]:
+    """Return one design's indices, own limits, and > 0 where it is out of reach."""
+    r1, r3, lam, D = design.r1, design.r3, task.lam, task.D
+    impossible = dimensions_violation(r1, r3)
+    if impossible > 0.0:
+        return UNDEFINED, Limits(impossible, math.nan), 0.0
     r2 = 3.0 - r1 - r3
     length, spin = homogeneous(jacobian, r1, r2, 1.0)
     flat = abs(r2 - r1) - r3 * (1.0 - lam)
@@ -189,18 +97,19 @@ def measure_one(
         det = min(det, inside)
     if share < 1.0 or not gci > 0.0 or flat > -REACH_MARGIN:
         unreached = max(0.0, flat) + max(REACH_MARGIN, 1.0 - share)
-        violations[1] = unreached
-        violations[2:] = 1.0 + unreached
-        return unreached
+        return UNDEFINED, Limits(impossible, unreached), unreached
 
-    table[0], table[1], table[2], table[5] = gci, volume * D**3, offset * D, lci
-    table[3] = math.acos(min(1.0, max(-1.0, s_cos)))
-    table[4] = math.asin(smallest_revolute_sine(r1, r2, r3, lam))
-    violations[1], violations[2], violations[3] = flat, -det, -fold
-    violations[4], violations[5] = 1.0 - volume / volume_min, offset / parasitic_max - 1.0
-    violations[6], violations[7] = table[3] - s_angle_max, r_angle_min - table[4]
-    violations[8] = lci_low - lci
-    return 0.0
+    indices = Indices(
+        gci=gci,
+        volume=volume * D**3,
+        parasitic=offset * D,
+        s_angle=math.acos(min(1.0, max(-1.0, s_cos))),
+        r_angle=math.asin(smallest_revolute_sine(r1, r2, r3, lam)),
+        lci_min=lci,
+        det=det,
+        fold=fold,
+    )
+    return indices, Limits(dimensions=impossible, assembly=flat), 0.0
 
 
 class Spr3Problem(DesignProblem):
@@ -212,51 +121,26 @@ class Spr3Problem(DesignProblem):
     conditioning keep their limits all over it.
     """
 
-    name = "spr3"
-    title = "3-DOF spatial mechanism with two rotations and one translation"
-    version = 1
-    package = "pkm_gym.mechanisms.spr3"
-    task_type = Spr3Task
-    options_type = Spr3Options
-    all_variables = (
-        Variable("r1", 0.15, 0.8, "", "a / D"),
-        Variable("r3", 1.1, 1.8, "", "q_c / D"),
-    )
-    all_objectives = (Objective("gci", "maximise", "", worst=0.0),)
-    constraint_names = (
-        "dimensions",
-        "assembly",
-        "determinant",
-        "fold",
-        "volume",
-        "parasitic",
-        "s_angle",
-        "r_angle",
-        "lci",
-    )
-    dimension_names = ("r2", "a", "b", "q_min", "q_max")
-    penalty_weight = 5.0
+    declared = SPR3
     options: Spr3Options
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         self._nodes = symmetric_cube(self.options.nodes)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
-        self._scale = np.array([REFERENCE.data["jacobians"][self.options.jacobian]["gci"]])
+        self.scale = self.reference.data["jacobians"][self.options.jacobian]["gci"]
         self._work = 5.0 + 0.4 * self.options.nodes**3  # microseconds a design
 
-    def _chosen_indices(self) -> tuple[Index, ...]:
-        return INDICES
-
-    def _measure(self, designs: FloatArray, tasks: FloatArray) -> Measurement:
-        n = len(designs)
-        table, unreached = np.empty((n, len(INDICES))), np.empty(n)
-        violations = np.empty((n, len(self.constraint_names)))
+    def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
         measure(
-            n * self._work, designs, tasks, self._jacobian, *self._nodes, table, violations,
-            unreached,
+            len(designs) * self._work, designs, tasks, self._jacobian, *self._nodes, rows.table,
+            rows.own, rows.unreached,
         )  # fmt: skip
-        return Measurement(table, violations, unreached, self._scale)
+
+    def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., 3), of the Jacobian that was chosen."""
+        assert isinstance(machine, Spr3)
+        return machine.index_maps(pose, self.options.jacobian)
 
     def _mechanism(self, design: FloatArray, task: Spr3Task) -> Spr3:
         r1, r3 = map(float, design)
@@ -270,34 +154,19 @@ class Spr3Problem(DesignProblem):
             q_max=q_c * (1.0 + task.lam),
         )
 
-    def derived(self, design: FloatArray, task: TaskLike = None) -> dict[str, Dimension]:
-        """Return r2, a, b, q_min and q_max of a design (d,)."""
-        machine = self.mechanism(design, task)
-        assert isinstance(machine, Spr3)
-        lengths = {name: Dimension(getattr(machine, name), "m") for name in LENGTHS}
-        return {"r2": Dimension(machine.b / machine.D, ""), **lengths}
-
     def from_dimensions(
         self, dimensions: Mapping[str, float], task: Spr3Task
     ) -> tuple[dict[str, float], dict[str, float]]:
         """Turn a, b, q_min, q_max (m), or r2 beside another ratio, into ratios, lam and D."""
         del task
-        values = dict(dimensions)
-        lengths = {name: values.pop(name) for name in LENGTHS if name in values}
-        if lengths:
-            missing = [name for name in LENGTHS if name not in lengths]
-            if missing or values:
-                what = f"lacks {', '.join(missing)}" if missing else f"also has {', '.join(values)}"
-                raise ValueError(f"a design in lengths needs just a, b, q_min and q_max: it {what}")
-            a, b, q_min, q_max = lengths.values()
-            if not (all(0.0 < x < math.inf for x in lengths.values()) and q_min < q_max):
-                raise ValueError(
-                    f"a, b, q_min, q_max are {a:g}, {b:g}, {q_min:g}, {q_max:g} m: all must be "
-                    "finite and > 0, and q_min < q_max"
-                )
+        if lengths := all_of(LENGTHS, dimensions, "m"):
+            a, b, q_min, q_max = positive(lengths, "m")
+            if not q_min < q_max:
+                raise ValueError(f"q_min is {q_min:g} m: it must be less than q_max, {q_max:g} m")
             q_c = 0.5 * (q_min + q_max)
             D = (a + b + q_c) / 3.0
             return {"r1": a / D, "r3": q_c / D}, {"lam": (q_max - q_min) / (2.0 * q_c), "D": D}
+        values = dict(dimensions)
         if "r2" in values:
             r2 = values.pop("r2")
             if len(values) != 1:
@@ -306,15 +175,11 @@ class Spr3Problem(DesignProblem):
             values[other] = 3.0 - r2 - next(iter(values.values()))
         return values, {}
 
-    def explain_limits(self, design: FloatArray, task: Spr3Task, broken: list[str]) -> list[str]:
-        """Say in words, a line a broken limit, where in the workspace and by how much."""
-        full = self._complete_one(design)
+    def explain_own(self, design: FloatArray, task: Spr3Task, broken: list[str]) -> list[str]:
+        """Say in words what keeps the ratios from a machine, or the legs from assembly."""
         if "dimensions" in broken:
-            return [f"dimensions: {_no_machine(*map(float, full))}"]
-        return explain(self._mechanism(full, task), task, broken, self.options.jacobian)
-
-
-LENGTHS = ("a", "b", "q_min", "q_max")
+            return [f"dimensions: {_no_machine(*map(float, design))}"]
+        return [f"assembly: {assembly_of_box(self._mechanism(design, task))}"]
 
 
 def _no_machine(r1: float, r3: float) -> str:

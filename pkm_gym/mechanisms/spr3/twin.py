@@ -11,6 +11,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from pkm_gym.core.reference import Reference
 from pkm_gym.core.twin import (
     ALUMINIUM,
     STEEL,
@@ -30,7 +31,6 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
 from pkm_gym.mechanisms.spr3.path import GatePath, along, largest_cylinder
-from pkm_gym.mechanisms.spr3.problem import REFERENCE
 
 SOLVER = Solver(timestep=2.5e-4, solref=(1e-3, 1.0))
 AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the moving one
@@ -132,7 +132,10 @@ def _path(machine: Spr3) -> tuple[GatePath, float, float]:
     largest, slender, middle = largest_cylinder(machine)
     radius, height = INSIDE * largest, INSIDE * slender
     path = GatePath(radius, middle + 0.5 * height, middle - 0.5 * height)
-    speed, acceleration = (REFERENCE[name].printed for name in ("speed", "acceleration"))
+    speed, acceleration = (
+        Reference.load("pkm_gym.mechanisms.spr3")[name].printed
+        for name in ("speed", "acceleration")
+    )
     assert speed is not None
     assert acceleration is not None
     return path, speed, acceleration

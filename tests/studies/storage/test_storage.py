@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import signal
 import subprocess
 import sys
@@ -174,7 +175,8 @@ def test_a_study_of_merits_is_not_continued_with_objectives(searched):
 
 def test_another_version_of_a_problem_is_refused(searched, diamond, monkeypatch):
     searched(trials=3)
-    monkeypatch.setattr(type(diamond), "version", diamond.version + 1)
+    newer = dataclasses.replace(diamond.declared, version=diamond.declared.version + 1)
+    monkeypatch.setattr(type(diamond), "declared", newer)
     with pytest.raises(ValueError, match="hash: its version"):
         searched()
 

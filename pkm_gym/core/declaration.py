@@ -1,0 +1,211 @@
+"""Declaration: all that is said of a design problem, once, before anything is compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import isnan, nan
+from typing import Any, Literal
+
+from pkm_gym.core.calibration import PENALTY_WEIGHT, SCALE, WORST, calibration
+from pkm_gym.core.limit import Limit
+from pkm_gym.core.options import Options
+from pkm_gym.core.rows import Index, Own, declared
+from pkm_gym.core.task import Task, Variable
+
+SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
+
+
+@dataclass(frozen=True)
+class Objective:
+    """An index that is optimised; its unit is that of the index.
+
+    Attributes:
+        name: of the index.
+        direction: "minimise" or "maximise".
+        worst: no feasible design of a legal task reaches it; from the calibration if not given.
+        scale: the index at a task's optimum, about; from the calibration if not given.
+        powers: task field -> power with which the scale goes.
+        offset: what is added to the index in merit, for one that can be 0 or negative.
+        unit: of the index.
+    """
+
+    name: str
+    direction: Literal["minimise", "maximise"]
+    worst: float = nan
+    scale: float = nan
+    powers: Mapping[str, float] = field(default_factory=dict)
+    offset: float = 0.0
+    unit: str = ""
+
+    @property
+    def sign(self) -> float:
+        """+1 where less is better, -1 where more is."""
+        return 1.0 if self.direction == "minimise" else -1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Declaration:
+    """A design problem as it is declared.
+
+    Attributes:
+        name: of the problem, of its files and, in capitals, of its environments.
+        title: what it is, in a few words.
+        problem: its class, "module:Class".
+        task: the Task's class.
+        design: the class of a design's row, its fields declared with ``variable``.
+        indices: the class of the indices' row, its fields declared with ``index``.
+        limits: the class of the row of the mechanism's own limits, declared with ``own``; the first
+            is ``dimensions``.
+        constraints: in order, a ``Limit`` or the name of an own one.
+        objectives: the first is the default.
+        options: the class of the options.
+        version: raised by whatever changes the numbers.
+        penalty_weight: w of the merit, more than the constraints' multipliers; from the calibration
+            if not given.
+        dimensions: names of derived dimensions, attributes of the mechanism, that can be given in
+            place of variables.
+        reference: file of the paper's numbers in the package; it may be missing.
+        environment: the part of the ids that names the problem, made from ``name`` if not given.
+        evaluations: budget of an episode.
+        motion: arguments of the environment that drives its twin where they aren't the defaults;
+            None for a mechanism without a twin, or one that another problem's drives.
+        searches: how many searches of a task must agree before its optimum is certified.
+        splits: split -> number of tasks.
+        notes: standing warnings that hold for every design.
+    """
+
+    name: str
+    title: str
+    problem: str
+    task: type[Task]
+    design: type[tuple[float, ...]]
+    indices: type[tuple[float, ...]]
+    limits: type[tuple[float, ...]]
+    constraints: Sequence[str | Limit]
+    objectives: Sequence[Objective]
+    options: type[Options] = Options
+    version: int = 1
+    penalty_weight: float = nan
+    dimensions: Sequence[str] = ()
+    reference: str = "paper.toml"
+    environment: str = ""
+    evaluations: int = 12
+    motion: Mapping[str, Any] | None = None
+    searches: int = 2
+    splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
+    notes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what contradicts itself, and fill in units and the environment's name.
+
+        Raises:
+            TypeError: naming the problem and what is wrong.
+        """
+        units = {item.name: item.unit for item in self.index_table}
+        for objective in self.objectives:
+            if objective.name not in units:
+                raise TypeError(f"{self.name}: the objective {objective.name!r} is no index")
+        self._calibrate(units)
+        object.__setattr__(self, "constraints", tuple(self.constraints))
+        if not self.environment:
+            object.__setattr__(self, "environment", environment_name(self.name))
+        own = [item.name for item in self.own_limits]
+        if own[:1] != ["dimensions"] or self.constraints[:1] != ("dimensions",):
+            raise TypeError(
+                f"{self.name}: the first limit must be the mechanism's own 'dimensions'"
+            )
+        said = [limit for limit in self.constraints if isinstance(limit, str)]
+        if sorted(said) != sorted(own):
+            raise TypeError(
+                f"{self.name}: own limits {own} and constraints {said} must be the same"
+            )
+        for limit in self.constraints:
+            if isinstance(limit, Limit):
+                self._check(limit, units)
+
+    def _calibrate(self, units: Mapping[str, str]) -> None:
+        """Fill in the objectives' units, and from the calibration what isn't declared."""
+        known = calibration(self.package, self.name)
+        weight = known.get("penalty_weight", PENALTY_WEIGHT)
+        if isnan(self.penalty_weight):
+            object.__setattr__(self, "penalty_weight", float(weight))
+        filled = []
+        for o in self.objectives:
+            said = known.get("objectives", {}).get(o.name, {})
+            filled.append(
+                replace(
+                    o,
+                    unit=units[o.name],
+                    worst=said.get("worst", o.sign * WORST) if isnan(o.worst) else o.worst,
+                    scale=said.get("scale", SCALE) if isnan(o.scale) else o.scale,
+                    powers=o.powers or said.get("powers", {}),
+                )
+            )
+        object.__setattr__(self, "objectives", tuple(filled))
+
+    def _check(self, limit: Limit, units: Mapping[str, str]) -> None:
+        quantities = {**units, **{v.name: v.unit for v in self.variables}}
+        if limit.quantity not in quantities:
+            raise TypeError(
+                f"{self.name}: {limit.name} limits {limit.quantity!r}, no index or variable"
+            )
+        fields = {item.name: item for item in self.task.variables()}
+        names = [limit.bound, *(limit.times or ())[:1]]
+        for name in names:
+            if isinstance(name, str) and name not in fields:
+                raise TypeError(f"{self.name}: the bound {name!r} of {limit.name} is no task field")
+        if limit.relative(quantities[limit.quantity]):
+            least = fields[limit.bound].legal_low if isinstance(limit.bound, str) else limit.bound
+            if not least > 0.0:
+                raise TypeError(
+                    f"{self.name}: {limit.name} is relative to its bound, which may be {least:g}"
+                )
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """All variables, searched or not."""
+        return declared(self.design, Variable)
+
+    @cached_property
+    def index_table(self) -> tuple[Index, ...]:
+        """All indices, reported or not."""
+        return declared(self.indices, Index)
+
+    @cached_property
+    def own_limits(self) -> tuple[Own, ...]:
+        """The mechanism's own limits."""
+        return declared(self.limits, Own)
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The constraints' names, in order."""
+        return tuple(item if isinstance(item, str) else item.name for item in self.constraints)
+
+    @property
+    def package(self) -> str:
+        """The package of the problem's class, where its files are; "" for a module of its own."""
+        return self.problem.partition(":")[0].rpartition(".")[0]
+
+    @property
+    def reporting(self) -> dict[str, Any]:
+        """The options with which every index is reported."""
+        return {item.reported: True for item in self.index_table if isinstance(item.reported, str)}
+
+    def side_of(self, field: str) -> str:
+        """Return which bound a task field is, "lower" or "upper", or "" for none."""
+        sides = [c.side for c in self.constraints if isinstance(c, Limit) and c.bound == field]
+        return sides[0] if sides else ""
+
+
+def environment_name(name: str) -> str:
+    """Return a problem's name as environments bear it: SPR3Cylinder for spr3_cylinder.
+
+    A word with a digit is written in capitals.
+    """
+    words = name.split("_")
+    return "".join(
+        word.upper() if any(letter.isdigit() for letter in word) else word.capitalize()
+        for word in words
+    )
