@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import inspect
 import sys
-from importlib import import_module
 from importlib.metadata import version
 from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pkm_gym.core.names import unknown
+from pkm_gym.core.names import imported, unknown
 
 STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
 
@@ -171,8 +170,7 @@ def door(
 
 
 def _load(verb: str) -> Any:
-    module, _, attribute = VERBS[verb][0].partition(":")
-    function = getattr(import_module(module), attribute)
+    function = imported(VERBS[verb][0])
     single = typer.Typer(**PLAIN)
     paragraphs = inspect.cleandoc(function.__doc__ or "").split("\n\n")
     text = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)

@@ -120,9 +120,9 @@ def _report(answered: Answered, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
     problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
-    given = GivenDesign(answered.design, task, _outside(task))
+    given = GivenDesign(problem, answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"
-    return Report(problem, given, problem.evaluate(answered.design[None], task), title)
+    return Report(given, problem.evaluate(answered.design[None], task), title)
 
 
 def _outside(task: Task) -> tuple[str, ...]:

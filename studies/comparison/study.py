@@ -64,7 +64,7 @@ def study(
     screen.print(grid_line(evaluated))
     screen.print(_step(2, "search with TPE"))
     with search_bar(screen, problem, trials) as report:
-        found = search(
+        result = search(
             problem,
             trials=trials,
             seed=seed,
@@ -72,10 +72,10 @@ def study(
             command=command,
             report=report,
         )
-    if found.stopped:
+    if result.stopped:
         raise KeyboardInterrupt
-    starts.append(found.best.designs[0])
-    screen.print(f"{found.finished} trials in the study {found.study.study_name}")
+    starts.append(result.best.designs[0])
+    screen.print(f"{result.finished} trials in the study {result.study.study_name}")
     screen.print(_step(3, "polish the best design"))
     polished = polish(problem, np.array(starts))
     optimum = verified_optimum(problem)

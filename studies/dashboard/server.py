@@ -98,9 +98,9 @@ def storages(name: str | None = None, storage: str | None = None) -> list[str]:
         return [default_storage(name)]
     if storage is not None:
         return [storage]
-    found = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
-    if not found:
+    journals = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
+    if not journals:
         raise ValueError(
             f"there is no study under {str(RUNS.resolve())!r}: `pkm-gym search` makes one"
         )
-    return found
+    return journals

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
-from pkm_gym.studies.cli.arguments import design_from, problem_from
+from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
     DesignOption,
     JsonOption,
@@ -42,8 +42,5 @@ def command(
 
 
 def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    problem = problem_from(
-        name, set_, objective=objective, takes_design=True, **declaration(name).reporting
-    )
-    given = design_from(problem, set_)
-    return Report(problem, given, problem.evaluate(given.design[None], given.task))
+    given = design_from(name, set_, objective=objective, **declaration(name).reporting)
+    return Report(given, given.problem.evaluate(given.design[None], given.task))

@@ -47,10 +47,11 @@ def figures_of(name: str) -> tuple[Pictures, Solids]:
     Raises:
         ValueError: for an unknown problem, with its closest match.
     """
-    package = problem_type(name).__module__.rpartition(".")[0]
+    kind = problem_type(name)
+    package = kind.__module__.rpartition(".")[0]
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
-    return tuple(getattr(figures, kind, {}).get(name, {}) for kind in ("PICTURES", "SOLIDS"))
+    return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in ("PICTURES", "SOLIDS"))
 
 
 def write(name: str, chosen: list[str], folder: Path, form: str) -> None:
