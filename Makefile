@@ -33,7 +33,7 @@ types: $(VENV)/.dev build/package
 	cd build/package && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml --cache-dir ../../.mypy_cache
 
 docs: $(VENV)/.docs build/package
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --clean
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean >build/docs.log 2>&1 || { grep -v INFO build/docs.log; exit 1; }
 	@echo "pkm_gym: the pages are in build/docs/index.html"
 
 # agents/ and studies/ are installed inside pkm_gym: the package as it is installed
