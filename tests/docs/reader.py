@@ -76,7 +76,7 @@ def run_python(page: Path, block: Block, names: dict[str, Any]) -> str:
     printed = io.StringIO()
     in_page = "\n" * block.line + block.text  # a traceback tells the line of the page
     with contextlib.redirect_stdout(printed):
-        exec(compile(in_page, page, "exec"), names)
+        exec(compile(in_page, page, "exec", dont_inherit=True), names)
     return printed.getvalue()
 
 

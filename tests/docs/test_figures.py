@@ -95,7 +95,7 @@ def test_every_line_of_the_leaderboard_is_shown():
 def test_verified_optima_are_on_the_mechanism_s_page(file):
     page = (ROOT / "docs" / "mechanisms" / f"{file.parent.name}.md").read_text()
     numbers = [text for text in NUMBER.findall(page) if len(text) > len("0.000")]
-    for name, optimum in tomllib.loads(file.read_text())["optima"].items():
+    for name, optimum in tomllib.loads(file.read_text()).get("optima", {}).items():
         for value in (optimum["value"], *optimum["design"].values()):
             short = f"{value:g}" in page.split()  # 0.2 and 0.6 are exact
             assert short or any(agrees(text, value) for text in numbers), (name, value)

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 READER = Path(__file__).with_name("reader.py")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SLOW = pytest.mark.slow
-LANGUAGES = {"python", "console", "text", "sh"}
+LANGUAGES = {"python", "console", "text", "sh", "toml"}
 RUN = {"python", "console"}
 COMMAND = re.compile(r"\bpkm-gym ([a-z][^;&#\n]*)")
 
@@ -81,9 +81,13 @@ def test_command_that_a_page_names_is_understood(command):
 
 @pytest.mark.parametrize("page", PAGES, ids=named)
 def test_blocks_are_of_kinds_that_are_checked(page):
+    before = ""
     for block in blocks(page):
-        assert block.language in LANGUAGES, f"{named(page)}, line {block.line}"
-        assert not block.remark or re.match(r"(slow|not run): \w", block.remark), block.remark
+        place = f"{named(page)}, line {block.line}"
+        assert block.language in LANGUAGES, place
+        assert block.language != "text" or before == "python", f"{place}: who prints this?"
+        assert not block.remark or re.match(r"(slow|not run): \w", block.remark), place
+        before = block.language
 
 
 def test_another_figure_is_seen():
