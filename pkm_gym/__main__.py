@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import sys
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -223,7 +224,8 @@ def _refuse(sentence: str) -> NoReturn:
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; modules that a command names are looked for here as well."""
+    sys.path.append(str(Path.cwd()))
     app(prog_name="pkm-gym")
 
 
