@@ -129,7 +129,7 @@ def inverse_jacobian(
     return w1x / (l1 * s1), w1y / (l1 * s1), w2x / (l1 * s2), w2y / (l1 * s2)
 
 
-@kernel
+@formula
 def limb_hessian(
     x: float, y: float, side: float, e: float, l1: float, l2: float
 ) -> tuple[float, float, float]:
