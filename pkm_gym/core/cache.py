@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite
+import llvmlite  # type: ignore[import-untyped]
 import numba
 import numpy as np
 import platformdirs
@@ -82,7 +82,8 @@ class KernelCache(_Cache):
         target_context.refresh()
         path = self._path(sig, target_context.codegen())
         data = _read(path) if path else None
-        return data and CompileResult._rebuild(target_context, *pickle.loads(data))
+        rebuild: Any = CompileResult._rebuild
+        return data and rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write a compiled version; a process that reads at the same time sees all or nothing."""
@@ -96,7 +97,7 @@ class KernelCache(_Cache):
                 stacklevel=2,
             )
             return
-        content = dumps(data._reduce())
+        content: bytes = dumps(data._reduce())  # type: ignore[no-untyped-call]  # numba has no types
         part = path.with_suffix(f".{uuid.uuid4().hex}")
         try:
             part.write_bytes(hashlib.sha256(content).digest() + content)
@@ -118,7 +119,7 @@ class KernelCache(_Cache):
 
     def _path(self, sig: Any, codegen: Any) -> Path | None:
         kept, function = folder(), self._dispatcher.py_func
-        if kept is None:
+        if kept is None or " at 0x" in repr(sig):  # a function as an argument: no name outlasts it
             return None
         told = (VERSIONS, codegen.magic_tuple(), sig, *ingredients(self._dispatcher))
         digest = hashlib.sha256(repr(told).encode())
@@ -144,12 +145,12 @@ def _read(path: Path) -> bytes | None:
 def _clean(kept: Path) -> None:
     """Remove what nobody uses any more; a process that misses a file compiles it again."""
     now, total = time.time(), 0
-    for path, status in sorted(
-        ((path, path.stat()) for path in kept.iterdir()), key=lambda pair: -pair[1].st_mtime
-    ):
-        total += status.st_size
-        if now - status.st_mtime > SECONDS_KEPT or total > BYTES_KEPT:
-            path.unlink(missing_ok=True)
-    for old in kept.parent.glob("kernels-*"):  # the folders of pkm_gym 0.1
-        if now - old.stat().st_mtime > SECONDS_KEPT:
-            shutil.rmtree(old, ignore_errors=True)
+    with suppress(OSError):  # where another process is cleaning
+        found = [(path.stat(), path) for path in kept.iterdir()]
+        for status, path in sorted(found, key=lambda pair: -pair[0].st_mtime):
+            total += status.st_size
+            if now - status.st_mtime > SECONDS_KEPT or total > BYTES_KEPT:
+                path.unlink()
+        for old in kept.parent.glob("kernels-*"):  # as earlier versions named it
+            if now - old.stat().st_mtime > SECONDS_KEPT:
+                shutil.rmtree(old)

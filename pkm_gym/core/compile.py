@@ -65,7 +65,9 @@ class _Announcer(event.Listener):
 
     def on_start(self, event: Any) -> None:
         if isinstance(getattr(event.data["dispatcher"], "_cache", None), cache.KernelCache):
-            kept = "once per machine" if cache.folder() else "no cache folder: at every start"
+            kept = (
+                "once per machine" if cache.folder() else "no writable cache folder: at every start"
+            )
             cache.say_once(f"compiling kernels ({kept}) ...")
 
     def on_end(self, event: Any) -> None:
@@ -76,9 +78,9 @@ event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]  
 
 
 def _jit(function: F, **options: bool) -> F:
-    compiled = njit(fastmath=FLAGS, error_model="numpy", nogil=True, **options)(function)
+    compiled: Any = njit(fastmath=FLAGS, error_model="numpy", nogil=True, **options)(function)
     compiled._cache = cache.KernelCache(compiled)  # what numba's ``cache=True`` sets, but ours
-    return compiled  # type: ignore[no-any-return]  # numba has no types
+    return compiled
 
 
 def kernel(function: F) -> F:
