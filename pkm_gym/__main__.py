@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import sys
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -63,6 +64,10 @@ VERBS = {
         f"{STUDIES}.benchmark:command",
         "Rank methods on tasks with known optima.",
     ),
+    "calibrate": (
+        f"{STUDIES}.calibrate:command",
+        "Measure what merit must know of a problem.",
+    ),
     "restamp": ("pkm_gym.agents.verbs.restamp:command", "Renew files of an older version."),
     "score": (f"{STUDIES}.score:command", "Score logs of what a method evaluated."),
     "splits": (
@@ -81,6 +86,7 @@ EXTRAS = {
     "optuna_dashboard": "studies",
     "plotly": "studies",
     "xarray": "studies",
+    "tomli_w": "studies",
     "safetensors": "agents",
     "sb3_contrib": "agents",
     "stable_baselines3": "agents",
@@ -218,7 +224,8 @@ def _refuse(sentence: str) -> NoReturn:
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; modules that a command names are looked for here as well."""
+    sys.path.append(str(Path.cwd()))
     app(prog_name="pkm-gym")
 
 

@@ -185,3 +185,16 @@ def test_a_value_without_its_flag_is_refused(refused, verb):
 
     verb(probe)
     assert "(b=2)" in refused("probe", "--set", "a=1", "disc", "b=2")
+
+
+def test_module_in_the_current_folder_is_found(tmp_path):
+    (tmp_path / "mine.py").touch()
+    command = [
+        Path(sys.executable).with_name("pkm-gym"),
+        "benchmark",
+        "diamond",
+        "--method",
+        "mine:x",
+    ]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "mine has no method 'x'" in done.stderr
