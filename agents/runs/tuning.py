@@ -17,7 +17,7 @@ from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
 from pkm_gym.agents.runs.trainer import trainer_for
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.storage.storages import open_storage
 
 SEEDS = (0, 1)  # of each trial

@@ -16,8 +16,8 @@ from pkm_gym.benchmark.record import Cost
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.studies.benchmark.tables import show
-from pkm_gym.studies.cli.arguments import own_command
 from pkm_gym.studies.cli.options import output_option
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import console
 
 

@@ -32,15 +32,13 @@ from pkm_gym.agents.runs.options import (
 from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS, read_recipe
 from pkm_gym.agents.runs.run import BEST, Run
 from pkm_gym.agents.sb3.motion import motion_course
-from pkm_gym.studies.cli.arguments import own_command
 from pkm_gym.studies.cli.options import SeedOption, output_option
+from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.runner import interruptible
 
 if TYPE_CHECKING:
     from pkm_gym.agents.runs.trainer import Course
-
-RUNS = Path("runs") / "agents"
 
 INTERRUPTED = 130  # as the front door says it
 
@@ -79,7 +77,7 @@ def command(
     spec = find_spec(env, motion=True)
     if is_motion(spec) and algo in set(ALGORITHMS) - set(LEARNERS):
         raise ValueError(f"{spec.id} is trained by one of {', '.join(LEARNERS)}, not by {algo}")
-    folder = output or RUNS / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
+    folder = output or run_folder("agents") / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())
     screen = console()

@@ -21,6 +21,7 @@ from pkm_gym.agents.runs.options import (
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.tuning import FRESH, Tuning, count_ended, open_study
 from pkm_gym.studies.cli.options import TrialsOption, output_option
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, section, table
 from pkm_gym.studies.storage.storages import quiet
 from pkm_gym.studies.storage.studies import count_finished
@@ -49,7 +50,7 @@ def command(
     """
     torch.set_num_threads(1)  # more are slower for nets so small
     spec = find_spec(env)
-    folder = output or Path("runs/agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
+    folder = output or run_folder("agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
     screen = console()

@@ -15,7 +15,7 @@ from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
 from pkm_gym.benchmark.run import Rows, run
 from pkm_gym.benchmark.splits import SPLITS
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import counter
 
 Report: TypeAlias = Callable[["Plan", EvaluationLog | None], None]

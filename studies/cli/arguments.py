@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import shlex
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.mechanism import Mechanism
@@ -17,7 +14,6 @@ from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
 from pkm_gym.mechanisms import problem_type
-from pkm_gym.studies.storage.storages import redacted
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
@@ -221,24 +217,7 @@ def _fields(
     return ((items[name], value) for name, value in changes.items())
 
 
-def own_command() -> str:
-    """Return the command line as it was typed, without passwords."""
-    return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))
-
-
 def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[str, ...]]:
     """Return the machine of a design, and how the design was completed."""
     given = design_from(name, set_)
     return given.problem.mechanism(given.design, given.task), given.notes
-
-
-def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
-    """Return where to write, its folder made.
-
-    Raises:
-        ValueError: for a name of another form.
-    """
-    path = out or Path("runs") / name / f"{stem}{forms[0]}"
-    if path.suffix.lower() not in forms:
-        raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
-    return path

@@ -12,7 +12,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import show
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import HEAD
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.comparison.compare import save as save_comparison
@@ -27,7 +27,7 @@ from pkm_gym.studies.report.rows import (
 )
 from pkm_gym.studies.search.polish import judged, polish, verified_optimum
 from pkm_gym.studies.search.search import TRIALS, search, search_bar
-from pkm_gym.studies.storage.storages import default_storage, run_folder
+from pkm_gym.studies.storage.storages import default_storage
 
 PICTURE = "design.png"
 

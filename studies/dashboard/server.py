@@ -14,14 +14,13 @@ from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all_
 
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import problems
+from pkm_gym.studies.cli.runs import RUNS, redacted
 from pkm_gym.studies.storage.storages import (
     JOURNAL,
-    RUNS,
     artifact_folder,
     default_storage,
     open_storage,
     quiet,
-    redacted,
     study_names,
 )
 

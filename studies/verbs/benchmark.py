@@ -18,8 +18,8 @@ from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
 from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
-from pkm_gym.studies.storage.storages import run_folder
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.cli.arguments import design_from
@@ -14,6 +13,7 @@ from pkm_gym.studies.cli.options import (
     ObjectiveOption,
     PictureOption,
 )
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
@@ -31,7 +31,7 @@ def command(
     """
     report = _evaluate(name, set_, objective)
     if picture is None and not as_json:
-        picture = Path("runs") / name / "evaluate.png"
+        picture = run_folder(name) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
     if as_json:

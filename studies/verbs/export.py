@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pkm_gym.core.files import whole_file
-from pkm_gym.studies.cli.arguments import machine_from, output_path
+from pkm_gym.studies.cli.arguments import machine_from
 from pkm_gym.studies.cli.options import DesignOption, Name, OutOption
+from pkm_gym.studies.cli.runs import output_path
 
 MODELS = (".xml",)
 

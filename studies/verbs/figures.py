@@ -13,6 +13,7 @@ import typer
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problem_type
 from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.runs import run_folder
 
 if TYPE_CHECKING:
     from pkm_gym.plots.pictures import Pictures, Solids
@@ -38,7 +39,7 @@ def command(
     if not drawn:
         raise ValueError(f"{name} has no figures")
     check_known("figure", only or (), drawn)
-    write(name, only or drawn, out or Path("runs") / name / "figures", form)
+    write(name, only or drawn, out or run_folder(name) / "figures", form)
 
 
 def figures_of(name: str) -> tuple[Pictures, Solids]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
     Name,
@@ -18,10 +18,11 @@ from pkm_gym.studies.cli.options import (
     output_option,
     study_name_option,
 )
+from pkm_gym.studies.cli.runs import own_command, redacted, run_folder
 from pkm_gym.studies.cli.terminal import BAD, console
 from pkm_gym.studies.grid.grid import LOGGED, best_of_grid, grid, grid_line, grid_study_name
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
-from pkm_gym.studies.storage.storages import default_storage, redacted, run_folder
+from pkm_gym.studies.storage.storages import default_storage
 
 
 def command(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
     Name,
@@ -20,11 +20,11 @@ from pkm_gym.studies.cli.options import (
     TrialsOption,
     study_name_option,
 )
+from pkm_gym.studies.cli.runs import own_command, redacted
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
-from pkm_gym.studies.storage.storages import redacted
 
 
 def command(

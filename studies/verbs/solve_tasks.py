@@ -21,6 +21,7 @@ from pkm_gym.studies.cli.options import (
     SetOption,
     output_option,
 )
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.solving import Job, solve
 
@@ -45,7 +46,7 @@ def command(
     was.
     """
     problem = problem_from(name, set_, fix, range_, objective)
-    output = output or Path("runs") / name / "pool.npz"
+    output = output or run_folder(name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")
     settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}

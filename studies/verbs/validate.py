@@ -14,6 +14,7 @@ from rich.text import Text
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.options import Name, SeedOption, json_option, out_option
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
 
@@ -40,7 +41,7 @@ def command(
     with counter(screen, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
         validation = validate(problem, designs, seed, partial(bar.advance, line))
-    path = out or (None if as_json else Path("runs") / name / "validate.png")
+    path = out or (None if as_json else run_folder(name) / "validate.png")
     if path is not None:
         from pkm_gym.plots import save
 

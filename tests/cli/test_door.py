@@ -146,6 +146,20 @@ def test_a_missing_extra_is_named_with_the_command_that_installs_it(module, word
     )
 
 
+def test_verbs_of_the_models_alone_need_no_extra():
+    verbs = ("list", "evaluate", "figures", "picture", "movie", "export", "validate", "twin_check",
+             "solve_tasks", "splits", "score")  # fmt: skip
+    code = f"""
+import sys
+from importlib import import_module
+sys.modules["optuna"] = None
+for verb in {verbs!r}:
+    import_module(f"pkm_gym.studies.verbs.{{verb}}")
+print("torch" in sys.modules)
+"""
+    assert python("-c", code).stdout == "False\n"
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -12,7 +12,7 @@ import math
 import numba
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
-from pkm_gym.core.linalg import cross2, dot2
+from pkm_gym.core.linalg import dot2
 from pkm_gym.core.types import FloatArray
 
 # A pose nearer to the edge of a limb's annulus than this share of l1 counts as out of reach.
@@ -147,14 +147,6 @@ def limb_hessian(
         rod * wx * wy + arm * ux * uy,
         rod * wy * wy + arm * uy * uy,
     )
-
-
-@kernel
-def sine_alpha(x: float, y: float, e: float, l1: float, l2: float) -> float:
-    """Return sin alpha = w2^T Q w1 between the rods; > 0 in the lower assembly mode."""
-    _, _, w1x, w1y, _ = limb(x, y, 1.0, e, l1, l2)
-    _, _, w2x, w2y, _ = limb(x, y, -1.0, e, l1, l2)
-    return cross2(w1x, w1y, w2x, w2y)
 
 
 @batch_kernel
