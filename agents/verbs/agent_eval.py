@@ -16,7 +16,8 @@ from pkm_gym.benchmark.record import Cost
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.studies.benchmark.tables import show
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.options import SplitsOption, output_option
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import console
 
 
@@ -31,19 +32,9 @@ def command(
     ],
     split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FOLDER", help="Keep the logs there, for `pkm-gym score`."
-        ),
+        Path | None, output_option("Keep the logs there, for `pkm-gym score`.", "FOLDER")
     ] = None,
-    folder: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            help="Of the splits, where `pkm-gym splits -o` wrote them elsewhere.",
-            show_default=False,
-        ),
-    ] = None,
+    splits: SplitsOption = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
     ] = False,
@@ -67,7 +58,7 @@ def command(
             designer, origin = read_designer(designer_path(model))
             designers.append(designer)
             costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
-    logs = record(designers, costs, split, own_command(), folder)
+    logs = record(designers, costs, split, own_command(), splits)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")

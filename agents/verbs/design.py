@@ -19,9 +19,9 @@ from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
 from pkm_gym.studies.cli.options import JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
 from pkm_gym.studies.report.design import Report, content, draw, show_report
-from pkm_gym.studies.storage.storages import run_folder
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,9 @@ def _report(answered: Answered, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
     problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
-    given = GivenDesign(answered.design, task, _outside(task))
+    given = GivenDesign(problem, answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"
-    return Report(problem, given, problem.evaluate(answered.design[None], task), title)
+    return Report(given, problem.evaluate(answered.design[None], task), title)
 
 
 def _outside(task: Task) -> tuple[str, ...]:

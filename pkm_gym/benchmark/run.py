@@ -63,7 +63,7 @@ def setting(
     Raises:
         ValueError: in one sentence, for an unknown problem, split or method, or a bad number.
     """
-    found = find_method(method)
+    chosen = find_method(method)
     for what, value, least in (
         ("evaluations", evaluations, 1), ("seed", seed, 0), ("pool", pool, 1),
         ("noise", noise, 0), ("delay", delay, 0),
@@ -71,7 +71,7 @@ def setting(
         if value is not None and not value >= least:
             raise ValueError(f"{what} is {value}: it must be at least {least}")
     problem, _ = load_split(name, split, folder)
-    transfer = found.knowledge == "transfer"
+    transfer = chosen.knowledge == "transfer"
     if transfer:
         load_split(name, "train", folder)  # refuses where there is none
     trained = count_tasks(split_file(problem, "train", folder))
@@ -84,11 +84,11 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_file(problem, split, folder)),
         method=method,
-        source=_source(found, lasts),
-        start=found.start,
-        knowledge=found.knowledge,
+        source=_source(chosen, lasts),
+        start=chosen.start,
+        knowledge=chosen.knowledge,
         seed=seed,
-        budget=min(evaluations, found.evaluations),
+        budget=min(evaluations, chosen.evaluations),
         pool=(pool or trained) if transfer else 0,
         noise=noise,
         delay=delay,
@@ -96,9 +96,9 @@ def setting(
     )
 
 
-def splits_folder(how: Setting) -> Path | None:
+def splits_folder(setting: Setting) -> Path | None:
     """Return the folder of a setting's splits, None for the problem's own."""
-    return Path(how.folder) if how.folder else None
+    return Path(setting.folder) if setting.folder else None
 
 
 def _source(method: Method, name: str) -> str:
@@ -108,21 +108,21 @@ def _source(method: Method, name: str) -> str:
 
 
 def run(
-    how: Setting,
+    setting: Setting,
     rows: Rows,
     *,
     jobs: int = 1,
-    known: EvaluationLog | None = None,
+    earlier_log: EvaluationLog | None = None,
     keep: Keep = lambda _: None,
     command: str = "pkm_gym.benchmark.run",
 ) -> EvaluationLog:
     """Run a method on tasks of a split.
 
     Args:
-        how: the method and its setting, as ``setting`` returns it.
+        setting: the method and its setting, as ``setting`` returns it.
         rows: array (n,), which tasks of the split.
         jobs: number of processes.
-        known: what an earlier run of the same setting did; its tasks are not repeated.
+        earlier_log: what an earlier run of the same setting did; its tasks are not repeated.
         keep: called with all that is done after every few tasks.
         command: what the log says wrote it.
 
@@ -130,36 +130,36 @@ def run(
         ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
             certified optimum.
     """
-    problem, split = load_split(how.problem, how.split, splits_folder(how))
-    done = known or _empty(how, problem, command)
+    problem, split = load_split(setting.problem, setting.split, splits_folder(setting))
+    done = earlier_log or _empty(setting, problem, command)
     todo = np.setdiff1d(rows, done.rows)
     chunks = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
-    for part in _parts(how, chunks, jobs):
+    for part in _parts(setting, chunks, jobs):
         regrets(part, problem, split)  # refuses what beats an optimum
         done = done.joined(part)
         keep(done)
     return done.only(np.sort(rows))
 
 
-def _empty(how: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
-    training = find_method(how.method).training
+def _empty(setting: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
+    training = find_method(setting.method).training
     return EvaluationLog(
-        how,
+        setting,
         rows=np.empty(0, dtype=np.int64),
-        designs=np.empty((0, how.budget, len(problem.low))),
+        designs=np.empty((0, setting.budget, len(problem.low))),
         seconds=np.empty(0),
         version=version("pkm_gym"),
         command=command,
-        training=training(how.problem) if training else Cost(),
+        training=training(setting.problem) if training else Cost(),
     )
 
 
-def _parts(how: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLog]:
+def _parts(setting: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLog]:
     if jobs == 1 or len(chunks) < 2:
-        yield from (_solve(how, rows) for rows in chunks)
+        yield from (_solve(setting, rows) for rows in chunks)
         return
     with _workers(jobs) as executor:
-        for future in as_completed([executor.submit(_solve, how, rows) for rows in chunks]):
+        for future in as_completed([executor.submit(_solve, setting, rows) for rows in chunks]):
             yield future.result()
 
 
@@ -191,39 +191,41 @@ class _Prepared(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _prepared(name: str, split: str, method: str, known: int, folder: Path | None) -> _Prepared:
+def _prepared(name: str, split: str, method: str, pool_size: int, folder: Path | None) -> _Prepared:
     problem, tasks = load_split(name, split, folder)
-    found = find_method(method)
-    trained = load_split(name, "train", folder)[1] if known else tasks
-    return _Prepared(problem, tasks, found, found.prepare(problem, trained.first(known)))
+    chosen = find_method(method)
+    trained = load_split(name, "train", folder)[1] if pool_size else tasks
+    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, trained.first(pool_size)))
 
 
-def _solve(how: Setting, rows: Rows) -> EvaluationLog:
+def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
     """Run the method on some tasks."""
-    prepared = _prepared(how.problem, how.split, how.method, how.pool, splits_folder(how))
-    log = _empty(how, prepared.problem, "")
+    prepared = _prepared(
+        setting.problem, setting.split, setting.method, setting.pool, splits_folder(setting)
+    )
+    log = _empty(setting, prepared.problem, "")
     d = len(prepared.problem.low)
-    designs = np.full((len(rows), how.budget, d), np.nan)
+    designs = np.full((len(rows), setting.budget, d), np.nan)
     seconds = np.empty(len(rows))
     with threadpool_limits(limits=1):  # sums of matrices keep their order
         for i, row in enumerate(rows):
             began = time.perf_counter()
-            found = _search(how, prepared, int(row))
+            evaluated = _search(setting, prepared, int(row))
             seconds[i] = time.perf_counter() - began
-            designs[i, : len(found)] = found
-    return EvaluationLog(how, rows, designs, seconds, log.version, log.command)
+            designs[i, : len(evaluated)] = evaluated
+    return EvaluationLog(setting, rows, designs, seconds, log.version, log.command)
 
 
-def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
+def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
     """Return the designs (count, d) that the method evaluates on a task."""
     evaluator = Evaluator(
         prepared.problem,
         prepared.split.tasks[row],
-        budget=how.budget,
+        budget=setting.budget,
         start=prepared.split.starts[row] if prepared.method.start == "given" else None,
-        seed=[how.seed, row],
-        noise=how.noise,
-        delay=how.delay,
+        seed=[setting.seed, row],
+        noise=setting.noise,
+        delay=setting.delay,
     )
     try:
         prepared.search(evaluator)
@@ -231,7 +233,7 @@ def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
         pass
     except Exception as error:
         raise ValueError(
-            f"{how.method} failed on {how.split} task {row} after {evaluator.count} evaluations: "
-            f"{type(error).__name__}: {error}"
+            f"{setting.method} failed on {setting.split} task {row} after {evaluator.count} "
+            f"evaluations: {type(error).__name__}: {error}"
         ) from error
     return evaluator.designs

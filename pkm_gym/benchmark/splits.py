@@ -131,11 +131,11 @@ def load_split(name: str, split: str, folder: Path | None = None) -> tuple[Desig
     make = f"`pkm-gym splits {called(problem)}{f' -o {folder}' if folder else ''}`"
     if not path.exists():
         raise ValueError(f"{problem.name} has no split {split} yet: make it with {make}")
-    known, found = manifest(path.parent).get(path.name), sha256(path)
-    if known is None or known.sha256 != found:
-        wanted = known.sha256[:12] if known else "none"
+    entry, actual = manifest(path.parent).get(path.name), sha256(path)
+    if entry is None or entry.sha256 != actual:
+        wanted = entry.sha256[:12] if entry else "none"
         raise ValueError(
-            f"{str(path)!r} was changed (sha256 {found[:12]}, expected {wanted}): "
+            f"{str(path)!r} was changed (sha256 {actual[:12]}, expected {wanted}): "
             f"restore it, or make it again with {make}"
         )
     return problem, Pool.load(path, problem)

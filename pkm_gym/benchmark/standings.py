@@ -128,24 +128,24 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
 
 
 def _entry(logs: Sequence[EvaluationLog]) -> Entry:
-    how = logs[0].setting
-    folder = splits_folder(how)
-    problem, split = load_split(how.problem, how.split, folder)
-    own = sha256(split_file(problem, how.split, folder))
-    if (how.hash, how.sha256) != (problem.hash(), own):
+    setting = logs[0].setting
+    folder = splits_folder(setting)
+    problem, split = load_split(setting.problem, setting.split, folder)
+    own = sha256(split_file(problem, setting.split, folder))
+    if (setting.hash, setting.sha256) != (problem.hash(), own):
         raise ValueError(
-            f"the log of {how.method} belongs to another version of {problem.name} or its "
-            f"{how.split} split: run it again"
+            f"the log of {setting.method} belongs to another version of {problem.name} or its "
+            f"{setting.split} split: run it again"
         )
     rows = logs[0].rows
     for log in logs:
         if not np.array_equal(log.rows, rows):
             raise ValueError(
-                f"the seeds of {how.method} were run on different tasks ({len(rows)} with seed "
-                f"{how.seed}, {len(log)} with seed {log.setting.seed}): run them again"
+                f"the seeds of {setting.method} were run on different tasks ({len(rows)} with seed "
+                f"{setting.seed}, {len(log)} with seed {log.setting.seed}): run them again"
             )
     return Entry(
-        setting=how,
+        setting=setting,
         rows=rows[split.solvable[rows]],
         regret=np.array([regrets(log, problem, split) for log in logs]),
         violation=np.array([violations(log, problem, split) for log in logs]),
@@ -154,17 +154,17 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         version=logs[0].version,
         command=logs[0].command,
         training=logs[0].training,
-        pool=_pool_cost(how, problem),
-        part=0 < how.pool < count_tasks(split_file(problem, "train", folder)),
+        pool=_pool_cost(setting, problem),
+        part=0 < setting.pool < count_tasks(split_file(problem, "train", folder)),
     )
 
 
-def _pool_cost(how: Setting, problem: DesignProblem) -> Cost:
+def _pool_cost(setting: Setting, problem: DesignProblem) -> Cost:
     """Return what it cost to solve the training tasks that a method knew."""
-    if how.pool == 0:
+    if setting.pool == 0:
         return Cost()
-    path = split_file(problem, "train", splits_folder(how))
-    whole, share = manifest(path.parent)[path.name], how.pool / count_tasks(path)
+    path = split_file(problem, "train", splits_folder(setting))
+    whole, share = manifest(path.parent)[path.name], setting.pool / count_tasks(path)
     return Cost(round(share * whole.evaluations), share * whole.seconds)
 
 

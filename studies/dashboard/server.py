@@ -13,14 +13,13 @@ from optuna.artifacts import FileSystemArtifactStore
 from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all__
 
 from pkm_gym.mechanisms import problem_type
+from pkm_gym.studies.cli.runs import RUNS, redacted
 from pkm_gym.studies.storage.storages import (
     JOURNAL,
-    RUNS,
     artifact_folder,
     default_storage,
     open_storage,
     quiet,
-    redacted,
     study_names,
 )
 
@@ -97,9 +96,9 @@ def storages(name: str | None = None, storage: str | None = None) -> list[str]:
         return [default_storage(own)]
     if storage is not None:
         return [storage]
-    found = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
-    if not found:
+    journals = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
+    if not journals:
         raise ValueError(
             f"there is no study under {str(RUNS.resolve())!r}: `pkm-gym search` makes one"
         )
-    return found
+    return journals

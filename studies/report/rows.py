@@ -168,9 +168,9 @@ def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
     Of what there is: a problem may have no paper, and no recorded optimum.
     """
     optimum = recorded_optimum(best.problem)
-    known = optimum_row(optimum) if optimum else None
-    rows = [*paper_rows(best.problem, known), row_of(name, best, 0, known)]
-    return [*rows, known] if known else rows
+    last = optimum_row(optimum) if optimum else None
+    rows = [*paper_rows(best.problem, last), row_of(name, best, 0, last)]
+    return [*rows, last] if last else rows
 
 
 def judged_value(problem: DesignProblem) -> Value | None:

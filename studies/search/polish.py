@@ -56,7 +56,7 @@ def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
     design is an array (1, d).
     """
     origin = "the printed design" if problem.reference else "the default design"
-    known: dict[str, FloatArray] = {}
+    best: dict[str, FloatArray] = {}
     if not exists(where):
         return origin, problem.printed_design()[None]
     storage = open_storage(where, create=False)
@@ -64,11 +64,12 @@ def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
         study = load_study(study_name=name, storage=storage)
         if stands_for(study, problem) and count_finished(study):
             designs = designs_of(study, problem)
-            known[name] = designs[problem.evaluate(designs).best()]
-    if not known:
+            best[name] = designs[problem.evaluate(designs).best()]
+    if not best:
         return origin, problem.printed_design()[None]
-    best = problem.evaluate(np.array(list(known.values()))).best()
-    return f"the best of the study {list(known)[best]}", list(known.values())[best][None]
+    names, designs = list(best), np.array(list(best.values()))
+    i = problem.evaluate(designs).best()
+    return f"the best of the study {names[i]}", designs[i : i + 1]
 
 
 def judged(polished: Row, optimum: Row | None) -> str:

@@ -12,15 +12,16 @@ from rich.console import Console
 
 from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.run import setting
-from pkm_gym.benchmark.splits import SPLITS, load_split
+from pkm_gym.benchmark.splits import load_split
 from pkm_gym.benchmark.standings import standings
+from pkm_gym.core.declaration import SPLITS
 from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
-from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.options import Name, SplitsOption
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console
-from pkm_gym.studies.storage.storages import run_folder
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3
@@ -79,15 +80,7 @@ def command(
     jobs: Annotated[
         int, typer.Option(metavar="N", min=1, help="Processes.", show_default="all cores")
     ] = os.cpu_count() or 1,
-    splits: Annotated[
-        Path | None,
-        typer.Option(
-            "--folder",
-            metavar="FOLDER",
-            help="Of the splits, where `pkm-gym splits -o` wrote them elsewhere.",
-            show_default=False,
-        ),
-    ] = None,
+    splits: SplitsOption = None,
     leaderboard: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Enter the results here.", show_default=False),
@@ -110,16 +103,17 @@ def command(
         raise ValueError(f"--tasks is {tasks}: {split} has {most} tasks")
     number, repeats = (most, FULL_SEEDS) if full else (tasks or min(QUICK_TASKS, most), seeds)
     folder, screen = run_folder(problem.name) / "benchmark" / split, console()
+    sizes: list[int | None] = [*pool] if pool else [None]  # None: all of them
     settings = [
         setting(
-            name, split, chosen, seed=seed, evaluations=evaluations, pool=known, noise=noise,
+            name, split, chosen, seed=seed, evaluations=evaluations, pool=size, noise=noise,
             delay=delay, folder=splits,
         )
-        for chosen, known, seed in product(
-            method or _possible(name, splits, screen), pool or [None], range(repeats)
+        for chosen, size, seed in product(
+            method or _possible(name, splits, screen), sizes, range(repeats)
         )
     ]  # fmt: skip
-    plans = [planned(how, number, folder) for how in dict.fromkeys(settings)]
+    plans = [planned(one, number, folder) for one in dict.fromkeys(settings)]
     try:
         logs = run_plans(plans, jobs, screen)
     except KeyboardInterrupt:

@@ -13,7 +13,7 @@ import typer
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problem_type
 from pkm_gym.studies.cli.options import Name
-from pkm_gym.studies.storage.storages import run_folder
+from pkm_gym.studies.cli.runs import run_folder
 
 if TYPE_CHECKING:
     from pkm_gym.plots.pictures import Pictures, Solids
@@ -52,7 +52,7 @@ def figures_of(name: str) -> tuple[Pictures, Solids]:
     package = kind.declared.package
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
-    return tuple(getattr(figures, kinds, {}).get(kind.name, {}) for kinds in ("PICTURES", "SOLIDS"))
+    return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in ("PICTURES", "SOLIDS"))
 
 
 def write(name: str, chosen: list[str], folder: Path, form: str) -> None:

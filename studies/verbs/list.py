@@ -78,8 +78,7 @@ def _variables(problem: DesignProblem) -> Any:
     rows = table("variable", "range", origin, "unit", "what it is", numbers=[origin])
     named = problem.named(problem.printed_design())
     for v in problem.all_variables:
-        value, unit = shown(named[v.name], v.unit)
-        rows.add_row(v.name, _range(v.low, v.high, v.unit), value, unit, v.doc)
+        rows.add_row(v.name, _range(v.low, v.high, v.unit), *shown(named[v.name], v.unit), v.doc)
     for name, (value, unit) in problem.derived(problem.printed_design()).items():
         rows.add_row(name, "", *shown(value, unit), "derived", style=FAINT)
     return rows

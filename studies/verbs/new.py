@@ -16,6 +16,7 @@ import typer
 
 from pkm_gym.core.declaration import environment_name
 from pkm_gym.mechanisms import addresses
+from pkm_gym.studies.cli.options import output_option
 
 TEMPLATE = "template"
 SUFFIX = ".txt"  # of a template's files, after that of what they become
@@ -27,14 +28,7 @@ def command(
         str, typer.Argument(metavar="NAME", help="Of the mechanism and its package: five_bar.")
     ],
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FOLDER",
-            help="Where it goes; ./NAME if not said.",
-            show_default=False,
-        ),
+        Path | None, output_option("Where it goes; ./NAME if not said.", "FOLDER")
     ] = None,
 ) -> None:
     """Begin a mechanism of your own: a package with a planar example that is yours to replace.

@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from pkm_gym.benchmark.splits import (
-    SPLITS,
     Entry,
     check_split,
     default_folder,
@@ -19,10 +18,11 @@ from pkm_gym.benchmark.splits import (
     split_file,
     write_manifest,
 )
+from pkm_gym.core.declaration import SPLITS
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import called, make_problem
-from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import BAD, console, section
 from pkm_gym.studies.search.solving import Job, solve
 
@@ -39,13 +39,8 @@ def command(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FOLDER",
-            help="Where the files go; the package, or runs/NAME/splits for a mechanism from "
-            "outside, if not said.",
-            show_default=False,
+        output_option(
+            "Where the files go; the package, or runs/NAME/splits, by default.", "FOLDER"
         ),
     ] = None,
 ) -> None:
