@@ -183,3 +183,24 @@ def test_reading_a_file_keeps_it(call: Call, tmp_path: Path) -> None:
         os.utime(path, (long_ago, long_ago))
     assert call().stderr == ""
     assert any(time.time() - path.stat().st_mtime < 3600.0 for path in files(tmp_path))
+
+
+NAMESAKES = """
+import sys
+sys.path.append(sys.argv[1])
+import numpy as np
+from pkm_gym.core.merit import write
+for name in ("first", "second"):
+    row = np.empty(2)
+    write(row, __import__(name).Limits(1.0, 2.0))
+    print(*row)
+"""
+
+
+def test_row_classes_of_one_name_and_length_are_told_apart(run: Run, tmp_path: Path) -> None:
+    text = "from typing import NamedTuple\nclass Limits(NamedTuple):\n    {}: float\n    x: float\n"
+    for name in ("first", "second"):
+        (tmp_path / f"{name}.py").write_text(text.format(name))
+    for _ in range(2):
+        done = run(NAMESAKES, str(tmp_path), NUMBA_CACHE_DIR=str(tmp_path))
+        assert done.stdout.splitlines() == ["1.0 2.0", "1.0 2.0"]
