@@ -185,22 +185,32 @@ def test_reading_a_file_keeps_it(call: Call, tmp_path: Path) -> None:
     assert any(time.time() - path.stat().st_mtime < 3600.0 for path in files(tmp_path))
 
 
-NAMESAKES = """
+NAMESAKE = """
+from typing import NamedTuple
+from pkm_gym.core.compile import kernel
+from pkm_gym.core.merit import write
+class Limits(NamedTuple):
+    {}: float
+    x: float
+@kernel
+def fill(row):
+    write(row, Limits(1.0, 2.0))
+"""
+
+FILL_BOTH = """
 import sys
 sys.path.append(sys.argv[1])
 import numpy as np
-from pkm_gym.core.merit import write
 for name in ("first", "second"):
     row = np.empty(2)
-    write(row, __import__(name).Limits(1.0, 2.0))
+    __import__(name).fill(row)
     print(*row)
 """
 
 
 def test_row_classes_of_one_name_and_length_are_told_apart(run: Run, tmp_path: Path) -> None:
-    text = "from typing import NamedTuple\nclass Limits(NamedTuple):\n    {}: float\n    x: float\n"
     for name in ("first", "second"):
-        (tmp_path / f"{name}.py").write_text(text.format(name))
+        (tmp_path / f"{name}.py").write_text(NAMESAKE.format(name))
     for _ in range(2):
-        done = run(NAMESAKES, str(tmp_path), NUMBA_CACHE_DIR=str(tmp_path))
+        done = run(FILL_BOTH, str(tmp_path), NUMBA_CACHE_DIR=str(tmp_path))
         assert done.stdout.splitlines() == ["1.0 2.0", "1.0 2.0"]
