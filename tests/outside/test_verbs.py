@@ -185,7 +185,7 @@ def test_tune(run):
         (("zoo", "--add", AGENT), "biglide is a mechanism from outside"),
         (("evaluate", "biglide.problem:Other"), "the module 'biglide.problem' has no 'Other'"),
         (("evaluate", "biglyde.problem:X"), "there is no module 'biglyde'"),
-        (("evaluate", "biglide"), "unknown mechanism 'biglide'"),
+        (("evaluate", "biglyde"), "unknown mechanism 'biglyde'"),
         (("train", "biglyde.problem:X"), "there is no module 'biglyde'"),
     ],
 )
