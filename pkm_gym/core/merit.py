@@ -85,8 +85,8 @@ def judge(
     ``table`` (n, indices), ``own`` (n, own limits), ``unreached`` (n,) and ``scales`` (n,) are what
     the mechanism's kernel filled; each scale is multiplied with the task's fields to the ``powers``
     (m,), and with the exponential of them times the ``rates`` (m,). ``limits`` (c, 8) are records
-    of ``limit.LIMIT``, ``objective`` is a column of the table, ``sign`` +1 or -1. Where the first of
-    the own limits, the dimensions, is broken, nothing else is defined; what is NaN counts as
+    of ``limit.LIMIT``, ``objective`` is a column of the table, ``sign`` +1 or -1. Where the first
+    of the own limits, the dimensions, is broken, nothing else is defined; what is NaN counts as
     1 + ``unreached``.
     """
     for i in numba.prange(constraints.shape[0]):

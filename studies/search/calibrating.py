@@ -20,7 +20,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 
 RANDOM = 20_000  # designs, each on a task of its own, for what is feasible at all
 AROUND = 2000  # designs around each optimum, for the multipliers
-RADII = (1e-4, 1.0)  # shares of the range, from where to where around it
+RADII = (-4.0, 0.0)  # decimal logarithms of shares of the range: how far around it
 SAFETY = 2.0  # the penalty's weight over the largest multiplier seen
 NEGLIGIBLE = 0.02  # what a field must change of the log scale over its range to enter it
 WITHIN = 2.0  # merit at an optimum of the Family: from 1 / WITHIN to WITHIN
@@ -175,7 +175,7 @@ def _multiplier(problem: DesignProblem, solved: Solutions, generator: np.random.
     sign, largest = problem.objectives[0].sign, 0.0
     span, d = problem.high - problem.low, len(problem.low)
     for k in np.flatnonzero(solved.solvable).tolist():
-        radius = np.exp(generator.uniform(*np.log(RADII), (AROUND, 1)))
+        radius = 10.0 ** generator.uniform(*RADII, (AROUND, 1))
         moved = solved.designs[k] + radius * span * generator.uniform(-1.0, 1.0, (AROUND, d))
         around = problem.evaluate(
             np.clip(moved, problem.low, problem.high), np.repeat(solved.tasks[k : k + 1], AROUND, 0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import tomllib
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
 import tomli_w
 import typer
+from rich.progress import Progress, TaskID
 
 from pkm_gym.core.calibration import FILE
 from pkm_gym.core.files import whole_file
@@ -60,7 +62,7 @@ def command(
                     problem,
                     number,
                     seed=seed,
-                    progress=lambda done, line=line: bar.update(line, completed=done),
+                    progress=partial(_advance, bar, line),
                 )
             )
     rows = table("objective", "scale", "goes with", "within", "worst", "multiplier")
@@ -86,6 +88,10 @@ def command(
     path = output or _beside(kind)
     keep(path, kind.declared.name, found, f"pkm-gym calibrate {name} -n {number} --seed {seed}")
     screen.print(f"calibration: {path}", soft_wrap=True)
+
+
+def _advance(bar: Progress, line: TaskID, done: int) -> None:
+    bar.update(line, completed=done)
 
 
 def keep(path: Path, name: str, found: list[Calibration], command: str) -> None:

@@ -31,10 +31,11 @@ def limb(
     """
     dx, dy = x - side * e, y
     d2 = dx * dx + dy * dy
-    p = 0.5 * (1.0 + (l1 * l1 - l2 * l2) / d2)
-    q = side * math.sqrt(l1 * l1 / d2 - p * p)
+    inverse = 1.0 / d2
+    p = 0.5 + 0.5 * (l1 * l1 - l2 * l2) * inverse
+    q = side * math.sqrt(l1 * l1 * inverse - p * p)
     ax, ay = p * dx - q * dy, p * dy + q * dx
-    s = -q * d2 / (l1 * l2)
+    s = q * d2 * (-1.0 / (l1 * l2))
     return ax / l1, ay / l1, (dx - ax) / l2, (dy - ay) / l2, s
 
 
@@ -129,7 +130,7 @@ def inverse_jacobian(
     return w1x / (l1 * s1), w1y / (l1 * s1), w2x / (l1 * s2), w2y / (l1 * s2)
 
 
-@kernel
+@formula
 def limb_hessian(
     x: float, y: float, side: float, e: float, l1: float, l2: float
 ) -> tuple[float, float, float]:
