@@ -18,7 +18,7 @@ from pkm_gym.agents.sb3.network import Network
 from pkm_gym.agents.sb3.trainer import PolicyTrainer, make_model
 from pkm_gym.envs.baselines import random, run
 
-MOTIONS = [env_id for env_id, spec in gymnasium.registry.items() if is_motion(spec)]
+MOTIONS = [env_id for env_id, spec in gym.registry.items() if is_motion(spec)]
 
 DIAMOND = "PKM/DiamondMotion-v0"
 SMALL = ("envs=2", "checkpoints=2", "policy.net_arch=[8]", "algorithm.n_steps=64",
