@@ -8,10 +8,13 @@ import pytest
 
 from pkm_gym.benchmark import EvaluationLog, RecordEvaluations, regrets
 from pkm_gym.benchmark.standings import standings
-from pkm_gym.envs.registration import DESIGN
 from pkm_gym.envs.wrappers import FixedTasks
 
-IDS = {problem: env_id for env_id, (problem, family) in DESIGN.items() if family}
+IDS = {
+    spec.kwargs["problem"]: env_id
+    for env_id, spec in gym.registry.items()
+    if spec.namespace == "PKM" and spec.kwargs.get("family")
+}
 
 
 def play(env, episodes, rng):
