@@ -97,7 +97,7 @@ def command(
     answered = answer(designer, problem.task, budget)
     report = _report(answered, problem.task)
     if picture is None and not as_json:
-        picture = run_folder(name) / "design.png"
+        picture = run_folder(problem.name) / "design.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
