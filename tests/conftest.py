@@ -15,6 +15,7 @@ import pytest
 import pkm_gym
 import pkm_gym.twin  # before any test imports mujoco: it chooses how to draw without a screen
 from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
@@ -55,6 +56,35 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(43)
 
 
+# Poses --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def anywhere() -> Callable[[Mechanism, np.random.Generator, int], FloatArray]:
+    """A function that draws n poses in and far around a workspace, most of them out of reach."""
+
+    def drawn(machine: Mechanism, rng: np.random.Generator, n: int) -> FloatArray:
+        known = machine.search_poses()
+        known = known[np.isfinite(known).all(axis=1)]
+        low, high = known.min(axis=0), known.max(axis=0)
+        far = np.maximum(high - low, 0.1 * np.abs(known).max())
+        return 0.5 * (low + high) + far * rng.uniform(-10.0, 10.0, (n, len(low)))
+
+    return drawn
+
+
+@pytest.fixture(scope="session")
+def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
+    """A function that returns a pose (k,) that a machine doesn't reach."""
+
+    def pose(machine: Mechanism) -> FloatArray:
+        drawn = anywhere(machine, np.random.default_rng(12), 500)
+        reached = np.isfinite(machine.inverse_kinematics(drawn)).all(axis=1)
+        return drawn[~reached][0]
+
+    return pose
+
+
 # Tasks with their optima --------------------------------------------------------------------------
 
 
@@ -74,6 +104,14 @@ def family(
     return solve_tasks(problem, problem.draw_tasks(request.param, np.random.default_rng(2010)))
 
 
+@pytest.fixture(scope="session")
+def paper(problem: DesignProblem) -> Solutions:
+    """The paper's task, solved."""
+    found = solve_tasks(problem, problem.pack(None)[None])
+    assert found.solvable[0], f"nothing is feasible for the task of {problem.name}"
+    return found
+
+
 # Designs ------------------------------------------------------------------------------------------
 
 
@@ -91,14 +129,10 @@ def spread() -> Spread:
 
 
 @pytest.fixture(scope="session")
-def design(problem: DesignProblem) -> FloatArray:
+def design(problem: DesignProblem, paper: Solutions) -> FloatArray:
     """A feasible design (d,) of the paper's task: the printed one, or else the optimum."""
     printed = problem.printed_design()
-    if problem.evaluate(printed[None]).feasible[0]:
-        return printed
-    optimum = solve_tasks(problem, problem.pack(None)[None])
-    assert optimum.solvable[0], f"nothing is feasible for the task of {problem.name}"
-    return optimum.designs[0]
+    return printed if problem.evaluate(printed[None]).feasible[0] else paper.designs[0]
 
 
 @pytest.fixture(scope="session")

@@ -43,14 +43,6 @@ def inside(machine: Mechanism, rng: np.random.Generator) -> np.ndarray:
     return drawn[kept][:POSES]
 
 
-def anywhere(machine: Mechanism, rng: np.random.Generator, n: int = 200) -> np.ndarray:
-    """Poses in and far around the workspace, most of them out of reach."""
-    known = machine.search_poses()
-    low, high = np.nanmin(known, axis=0), np.nanmax(known, axis=0)
-    far = np.maximum(high - low, 0.1 * np.abs(known).max(where=np.isfinite(known), initial=0.0))
-    return 0.5 * (low + high) + far * rng.uniform(-10.0, 10.0, (n, len(low)))
-
-
 def turned(angles: np.ndarray) -> np.ndarray:
     """Angles brought into (-pi, pi]: what two joint vectors differ by."""
     return np.angle(np.exp(1j * angles))
@@ -160,10 +152,10 @@ def test_verbs_refuse_a_wrong_last_axis(samples: list[Sample], verb: str) -> Non
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_out_of_reach_is_nan_for_that_pose_alone(
-    samples: list[Sample], rng: np.random.Generator, verb: str
+    samples: list[Sample], anywhere: Callable, rng: np.random.Generator, verb: str
 ) -> None:
     for sample in samples[:5]:
-        far = anywhere(sample.machine, rng)
+        far = anywhere(sample.machine, rng, 200)
         poses = np.concatenate([sample.poses, far])[rng.permutation(len(sample.poses) + len(far))]
         reached = np.isfinite(sample.machine.inverse_kinematics(poses)).all(axis=1)
         found = getattr(sample.machine, verb)(poses).reshape(len(poses), -1)
