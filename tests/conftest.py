@@ -21,7 +21,7 @@ from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import declaration
 
-FEW, MANY = 64, 256  # tasks of a Family
+FEW, MANY = 32, 256  # tasks of a Family
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
 

@@ -35,7 +35,7 @@ def test_random_designs_never_beat_an_optimum(
     designs = problem.low + (problem.high - problem.low) * rng.random((20000, len(problem.low)))
     sign = 1.0 if problem.directions[0] == "minimize" else -1.0
     for task, optimum, solvable in zip(
-        family.tasks[:40], family.optima, family.solvable, strict=False
+        family.tasks[:20], family.optima, family.solvable, strict=False
     ):
         evaluation = problem.evaluate(designs, task[None])
         values = sign * evaluation.objectives[evaluation.feasible, 0]
@@ -43,19 +43,19 @@ def test_random_designs_never_beat_an_optimum(
 
 
 def test_the_same_seed_gives_the_same_optima(problem: DesignProblem, family: Solutions) -> None:
-    one, other = (solve_tasks(problem, family.tasks[:5], seed=3) for _ in range(2))
+    one, other = (solve_tasks(problem, family.tasks[:3], seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
 
 
 def test_another_seed_agrees_to_ten_digits(problem: DesignProblem, family: Solutions) -> None:
-    again = solve_tasks(problem, family.tasks[:24], seed=99)
-    both = again.certified & family.certified[:24] & again.solvable
-    assert both.sum() >= 22
-    np.testing.assert_array_equal(again.solvable, family.solvable[:24])
+    again = solve_tasks(problem, family.tasks[:12], seed=99)
+    both = again.certified & family.certified[:12] & again.solvable
+    assert both.sum() >= 11
+    np.testing.assert_array_equal(again.solvable, family.solvable[:12])
     np.testing.assert_allclose(
-        again.log_merit[both], family.log_merit[:24][both], rtol=0.0, atol=1e-10
+        again.log_merit[both], family.log_merit[:12][both], rtol=0.0, atol=1e-10
     )
 
 
