@@ -95,9 +95,7 @@ def solved(problem: DesignProblem) -> Solutions:
 
 
 @pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
-def family(
-    problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest
-) -> Solutions:
+def family(problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest) -> Solutions:
     """Solved tasks of the problem's Family: a few, and many among the slow tests."""
     if request.param == FEW:
         return solved
@@ -150,7 +148,9 @@ def beside() -> Callable[[DesignProblem, FloatArray, FloatArray], FloatArray]:
 
 
 @pytest.fixture(scope="session")
-def usable(problem: DesignProblem, solved: Solutions, spread: Spread, beside: Callable) -> Evaluation:
+def usable(
+    problem: DesignProblem, solved: Solutions, spread: Spread, beside: Callable
+) -> Evaluation:
     """Feasible designs, each for a task of the Family: drawn, or beside optima where few are."""
     designs, tasks = spread(problem, np.random.default_rng(7), 4000)
     lucky = np.flatnonzero(problem.evaluate(designs, tasks).feasible)[:USABLE]

@@ -25,9 +25,7 @@ class SliderTask(Task):
     size_max: float = quantity(
         4.0, "", "largest size over the way", legal=(0.5, 9.0), family=(3.0, 5.0)
     )
-    slope_max: float = quantity(
-        0.9, "rad", "steepest slope", legal=(0.0, 1.5), family=(0.7, 1.1)
-    )
+    slope_max: float = quantity(0.9, "rad", "steepest slope", legal=(0.0, 1.5), family=(0.7, 1.1))
 
 
 @dataclass(frozen=True)
@@ -72,6 +70,7 @@ class Slider(Mechanism):
         return np.where(np.abs(pose) <= self.arm + self.rod, pose, np.nan)
 
     def forward_kinematics(self, joints: FloatArray, near: FloatArray | None = None) -> FloatArray:
+        del near
         return self.inverse_kinematics(joints)
 
     def inverse_jacobian(self, pose: FloatArray) -> FloatArray:
@@ -80,6 +79,7 @@ class Slider(Mechanism):
     jacobian = inverse_jacobian
 
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
+        del pose
         return np.array(pose_rate)
 
     def search_poses(self) -> FloatArray:

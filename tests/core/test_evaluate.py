@@ -13,6 +13,7 @@ from pkm_gym.core.limit import Limit
 from pkm_gym.core.merit import NO_MACHINE, TOLERANCE
 from pkm_gym.core.problem import DesignProblem
 
+
 def assert_same(one: Any, other: Any, rtol: float = 0.0) -> None:
     for name in one.indices:
         np.testing.assert_array_equal(one.indices[name], other.indices[name], err_msg=name)
@@ -88,14 +89,16 @@ def test_what_is_out_of_reach_is_undefined_and_its_constraints_say_by_how_much(
     ]
     outside = (evaluation.unreached > 0.0) & (evaluation.unreached < NO_MACHINE)
     assert 10 < outside.sum() < 4750
-    np.testing.assert_array_equal(
-        np.isnan(evaluation.objectives[:, 0]), evaluation.unreached > 0.0
-    )
+    np.testing.assert_array_equal(np.isnan(evaluation.objectives[:, 0]), evaluation.unreached > 0.0)
     for name, values in evaluation.indices.items():
         assert np.isnan(values[outside]).all(), name
     assert not evaluation.defined[np.ix_(outside, of_index)].any()
-    missing = np.broadcast_to(1.0 + evaluation.unreached[outside, None], (outside.sum(), sum(of_index)))
-    np.testing.assert_array_equal(evaluation.constraints[np.ix_(outside, of_index)], missing - TOLERANCE)
+    missing = np.broadcast_to(
+        1.0 + evaluation.unreached[outside, None], (outside.sum(), sum(of_index))
+    )
+    np.testing.assert_array_equal(
+        evaluation.constraints[np.ix_(outside, of_index)], missing - TOLERANCE
+    )
     worst = evaluation.constraints[np.ix_(outside, own)].max(axis=1)
     assert ((worst > 0.0) | (evaluation.unreached[outside] < 1e-5)).all()
 

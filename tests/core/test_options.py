@@ -55,7 +55,9 @@ def test_an_illegal_option_is_refused_in_one_sentence(given: dict[str, Any], sen
 
 
 def test_a_legal_option_becomes_the_defaults_type() -> None:
-    made = Sampling.of({"grid": [4, 5], "speed": 2, "nodes": 64, "cycle": True, "preset": "uniform"})
+    made = Sampling.of(
+        {"grid": [4, 5], "speed": 2, "nodes": 64, "cycle": True, "preset": "uniform"}
+    )
     assert made == Sampling(64, (4, 5), 2.0, True, "uniform")
     assert isinstance(made.speed, float)
     assert isinstance(made.grid, tuple)

@@ -73,7 +73,8 @@ def test_it_is_read_once(problem: DesignProblem) -> None:
 def test_without_a_paper_nothing_is_printed() -> None:
     nothing = Reference.load("pkm_gym.core")
     assert not nothing
-    assert not (nothing.design or nothing.values or nothing.optima or nothing.claims)
+    for part in (nothing.design, nothing.values, nothing.optima, nothing.claims):
+        assert not part
     assert not Reference.load("no_such_package")
     with pytest.raises(KeyError, match="unknown printed value 'l1'"):
         nothing["l1"]

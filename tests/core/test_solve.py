@@ -32,7 +32,7 @@ def test_optima_are_strictly_feasible(problem: DesignProblem, family: Solutions)
 def test_random_designs_never_beat_an_optimum(
     problem: DesignProblem, family: Solutions, rng: np.random.Generator
 ) -> None:
-    designs = problem.low + (problem.high - problem.low) * rng.random((20000, len(problem.low)))
+    designs = problem.low + (problem.high - problem.low) * rng.random((5000, len(problem.low)))
     sign = 1.0 if problem.directions[0] == "minimize" else -1.0
     for task, optimum, solvable in zip(
         family.tasks[:20], family.optima, family.solvable, strict=False
@@ -100,12 +100,13 @@ def test_solving_follows_fixed_variables_and_bounds() -> None:
 def test_polish_is_never_worse_than_its_start(
     problem: DesignProblem, spread: Any, usable: Evaluation, rng: np.random.Generator
 ) -> None:
-    drawn = zip(spread(problem, rng, 32), (usable.designs, usable.tasks), strict=True)
+    some = usable.designs[:12], usable.tasks[:12]
+    drawn = zip(spread(problem, rng, 12), some, strict=True)
     starts, tasks = map(np.concatenate, drawn)
     before = problem.evaluate(starts, tasks)
     after = problem.evaluate(polish(problem, starts, tasks), tasks)
     assert after.feasible[before.feasible].all()
-    assert after.feasible.sum() > before.feasible.sum() >= len(usable)
+    assert after.feasible.sum() > before.feasible.sum() >= 12
     assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
     lost = ~after.feasible
     assert (after.log_merit <= before.log_merit)[lost].all()

@@ -17,7 +17,6 @@ from pkm_gym.core.solve import Solutions
 from pkm_gym.envs.design import DesignEnv
 
 
-
 @pytest.fixture(params=["", "Family"])
 def env_id(problem: DesignProblem, request: pytest.FixtureRequest) -> str:
     """Each registered id of a design environment."""
@@ -86,7 +85,7 @@ def play():
 def pools(
     problem: DesignProblem, paper: Solutions, solved: Solutions, tmp_path_factory: Any
 ) -> tuple[Pool, Path]:
-    """A pool of the problem and its file: the paper's task and six more that are solved, one not."""
+    """A pool of the problem, with its file: the paper's task and six more, solved, and one not."""
     rows = np.flatnonzero(solved.solvable)[:7]
     first, more = (Pool.from_solutions(s, s.designs, problem, "a test") for s in (paper, solved))
     joined = {

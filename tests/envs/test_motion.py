@@ -14,8 +14,8 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from pkm_gym.envs.baselines import baseline, computed_torque, idle, run, servo
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.envs.baselines import baseline, computed_torque, idle, run, servo
 from pkm_gym.envs.motion import REASONS, MotionEnv
 from pkm_gym.twin.check import random_designs
 
@@ -157,7 +157,9 @@ def test_the_baseline_comes_back_from_a_start_beside_the_path(motion_id, move, t
 
 
 def test_a_faster_path_takes_less_time_and_more_force(motion_id, move):
-    slow, fast = (move(motion_id, speed=gym.spec(motion_id).kwargs.get("speed", 1.0) * k) for k in (0.5, 1))
+    slow, fast = (
+        move(motion_id, speed=gym.spec(motion_id).kwargs.get("speed", 1.0) * k) for k in (0.5, 1)
+    )
     assert slow.rig.path.steps == pytest.approx(2 * fast.rig.path.steps, abs=1)
     assert slow.force_limit < fast.force_limit
 
@@ -240,11 +242,11 @@ def test_the_end_of_the_path_ends_the_run_and_only_the_end_has_a_reason(motion_i
 
 
 @pytest.mark.parametrize("limit", [None, 1e4, 1e7])
-def test_a_thousand_wild_steps_with_extreme_designs_stay_finite(motion_id, move, limit):
+def test_wild_steps_with_extreme_designs_stay_finite(motion_id, move, limit):
     env = move(motion_id, error_limit=FAR, force_limit=limit, start="anywhere", start_offset=0.1)
     rng = np.random.default_rng(7)
     problem, steps, refusals = env.problem, 0, []
-    while steps < 1000:
+    while steps < 300:
         corner = np.where(rng.random(len(problem.low)) < 0.5, problem.low, problem.high)
         design = corner if rng.random() < 0.5 else rng.uniform(problem.low, problem.high)
         try:
@@ -253,7 +255,7 @@ def test_a_thousand_wild_steps_with_extreme_designs_stay_finite(motion_id, move,
             refusals.append(str(error))
             continue
         assert observation in env.observation_space
-        for _ in range(200):
+        for _ in range(60):
             last = env.step(rng.uniform(-3.0, 3.0, env.action_space.shape))
             assert_sound(env, last)
             steps += 1
@@ -419,7 +421,11 @@ def test_bad_actions_change_nothing(motion_id, move):
     env = move(motion_id)
     env.reset(seed=0)
     before = env.save()
-    for bad in (np.full(env.action_space.shape, np.nan), np.zeros(env.action_space.shape[0] + 1), "up"):
+    for bad in (
+        np.full(env.action_space.shape, np.nan),
+        np.zeros(env.action_space.shape[0] + 1),
+        "up",
+    ):
         with pytest.raises(ValueError, match="action must be"):
             env.step(bad)
     np.testing.assert_array_equal(env.save(), before)

@@ -174,7 +174,7 @@ def test_an_entry_point_of_another_name_is_refused(
     module = outside("guest")
     monkeypatch.setattr(mechanisms, "_installed", lambda: {"host": f"{module}:Outside"})
     assert "host" in pkm_gym.problems()
-    with pytest.raises(ValueError, match="the entry point 'host' stands for .* called 'guest'"):
+    with pytest.raises(ValueError, match=r"the entry point 'host' stands for .* called 'guest'"):
         pkm_gym.make_problem("host")
 
 

@@ -126,7 +126,9 @@ def margins(name, rng):
     module = Twin(machine, machine.sample_poses()[0]).module
     poses = module.draw_poses(machine, 30, rng)
     pairs = zip(poses, machine.inverse_kinematics(poses), strict=True)
-    return np.array([module.margins(machine, *pair) for pair in pairs]), machine.local_indices(poses)
+    return np.array([module.margins(machine, *pair) for pair in pairs]), machine.local_indices(
+        poses
+    )
 
 
 def test_the_diamond_s_margins_are_the_sines_of_its_angles(rng):
