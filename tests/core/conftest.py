@@ -1,8 +1,11 @@
-"""A slider, registered nowhere: a problem without paper, grid, twin or figures."""
+"""A slider, registered nowhere and without paper, grid or twin; Python in a new process."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -163,3 +166,24 @@ def said() -> Mapping[str, Any]:
     names = ("name", "title", "problem", "task", "options", "design", "indices", "limits",
              "constraints")  # fmt: skip
     return {name: getattr(SLIDER, name) for name in names} | {"objectives": OBJECTIVES}
+
+
+@pytest.fixture
+def run() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run code with arguments and environment in a new process, which must succeed."""
+
+    def run_code(
+        code: str, *arguments: str, **environment: str
+    ) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return done
+
+    return run_code

@@ -30,7 +30,7 @@ def local_indices(
     sin2_1, sin2_2 = s1 * s1, s2 * s2
     row1, row2 = 1.0 / sin2_1, 1.0 / sin2_2
     larger, smaller = squared_singular_values(
-        row1, row2, cos_alpha / (s1 * s2), sin2_alpha * row1 * row2
+        row1, row2, cos_alpha * s1 * s2 * row1 * row2, sin2_alpha * row1 * row2
     )
     torque = max(
         squared_torque_index(eta, sin2_alpha, sin2_1),

@@ -12,7 +12,7 @@ import math
 import numba
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
-from pkm_gym.core.linalg import cross2, dot2
+from pkm_gym.core.linalg import dot2
 from pkm_gym.core.types import FloatArray
 
 # A pose nearer to the edge of a limb's annulus than this share of l1 counts as out of reach.
@@ -31,10 +31,11 @@ def limb(
     """
     dx, dy = x - side * e, y
     d2 = dx * dx + dy * dy
-    p = 0.5 * (1.0 + (l1 * l1 - l2 * l2) / d2)
-    q = side * math.sqrt(l1 * l1 / d2 - p * p)
+    inverse = 1.0 / d2
+    p = 0.5 + 0.5 * (l1 * l1 - l2 * l2) * inverse
+    q = side * math.sqrt(l1 * l1 * inverse - p * p)
     ax, ay = p * dx - q * dy, p * dy + q * dx
-    s = -q * d2 / (l1 * l2)
+    s = q * d2 * (-1.0 / (l1 * l2))
     return ax / l1, ay / l1, (dx - ax) / l2, (dy - ay) / l2, s
 
 
@@ -129,7 +130,7 @@ def inverse_jacobian(
     return w1x / (l1 * s1), w1y / (l1 * s1), w2x / (l1 * s2), w2y / (l1 * s2)
 
 
-@kernel
+@formula
 def limb_hessian(
     x: float, y: float, side: float, e: float, l1: float, l2: float
 ) -> tuple[float, float, float]:
@@ -146,14 +147,6 @@ def limb_hessian(
         rod * wx * wy + arm * ux * uy,
         rod * wy * wy + arm * uy * uy,
     )
-
-
-@kernel
-def sine_alpha(x: float, y: float, e: float, l1: float, l2: float) -> float:
-    """Return sin alpha = w2^T Q w1 between the rods; > 0 in the lower assembly mode."""
-    _, _, w1x, w1y, _ = limb(x, y, 1.0, e, l1, l2)
-    _, _, w2x, w2y, _ = limb(x, y, -1.0, e, l1, l2)
-    return cross2(w1x, w1y, w2x, w2y)
 
 
 @batch_kernel
