@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -36,6 +37,17 @@ class IndexMap(NamedTuple):
         if self.kind == "mean":
             return None
         return int(np.nanargmax(self.values) if self.kind == "max" else np.nanargmin(self.values))
+
+
+class Symmetry(NamedTuple):
+    """Poses at which a machine is its own image, so that its local indices are the same.
+
+    ``pose`` maps poses (..., k) to their images, ``joints`` their joint coordinates (..., k).
+    """
+
+    words: str
+    pose: Callable[[FloatArray], FloatArray]
+    joints: Callable[[FloatArray], FloatArray]
 
 
 def dimension(unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any) -> Any:
@@ -89,6 +101,10 @@ class Mechanism(ABC):
     def units(self) -> dict[str, str]:
         """Return the unit of each dimension, by name."""
         return {item.name: item.metadata["unit"] for item in fields(self)}
+
+    def symmetries(self) -> tuple[Symmetry, ...]:
+        """Return what maps the machine to itself; what they do one after the other follows."""
+        return ()
 
     # Where limits are looked for ------------------------------------------------------------------
 

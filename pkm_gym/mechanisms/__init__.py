@@ -19,12 +19,14 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from pkm_gym.core.declaration import Declaration, environment_name
-from pkm_gym.core.names import check_known
+from pkm_gym.core.names import check_known, imported
 
 if TYPE_CHECKING:
     from pkm_gym.core.problem import DesignProblem
 
 GROUP = "pkm_gym.mechanisms"
+
+ENVIRONMENTS = "pkm_gym.envs.registration:register_problem"  # of a higher room
 
 # Problems from outside that this process knows: name -> "module:Class".
 _registered: dict[str, str] = {}
@@ -112,7 +114,6 @@ def register(problem: type[DesignProblem]) -> None:
         ValueError: for a name that another problem has.
     """
     from pkm_gym.core.problem import DesignProblem
-    from pkm_gym.envs.registration import register_problem
 
     if not (isinstance(problem, type) and issubclass(problem, DesignProblem)):
         raise TypeError(f"register takes a class of DesignProblem, not {problem!r}")
@@ -121,7 +122,7 @@ def register(problem: type[DesignProblem]) -> None:
         raise TypeError(f"{where} is not {problem!r}: define it at the top of a module")
     _check_alone(problem)
     _registered[problem.name] = where
-    register_problem(where, problem.declared)
+    imported(ENVIRONMENTS)(where, problem.declared)
 
 
 def register_module(module: str) -> dict[str, str]:

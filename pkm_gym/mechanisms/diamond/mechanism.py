@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pkm_gym.core.compile import BatchKernel
-from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
+from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, Symmetry, dimension
 from pkm_gym.core.sampling import rectangle
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.diamond.dynamics import inverse_dynamics_batch
@@ -81,6 +81,16 @@ class Diamond(Mechanism):
         """Return the velocity, which is the rate of the pose."""
         del pose
         return np.array(pose_rate, dtype=float)
+
+    def symmetries(self) -> tuple[Symmetry, ...]:
+        """Return the mirror between the drives."""
+        return (
+            Symmetry(
+                "mirrored in x = 0",
+                lambda pose: np.asarray(pose, dtype=float) * [-1.0, 1.0],
+                lambda joints: np.pi - np.asarray(joints, dtype=float)[..., ::-1],
+            ),
+        )
 
     def hessian(self, pose: FloatArray) -> FloatArray:
         """Return K (..., 2, 2, 2), 1/m^2: arm acceleration_i = J_i a + v^T K_i v. Eq. (7)."""
