@@ -1,5 +1,6 @@
 # pkm_gym: `make study` runs the main job, `make test` the tests, `make benchmark` the benchmark
-# (`make benchmark FULL=1`: the published tables); all set themselves up.
+# (`make benchmark FULL=1`: the published tables), `make docs` the pages and the API reference;
+# all set themselves up.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -9,7 +10,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 SOURCES := pyproject.toml constraints.txt
 
-.PHONY: study test test-slow lint benchmark bench clean
+.PHONY: study test test-slow wheel lint types docs benchmark bench clean
 
 study: $(VENV)/.studies
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym study $$name || exit $$?; done
@@ -20,13 +21,26 @@ test: $(VENV)/.dev
 test-slow: $(VENV)/.dev
 	$(BIN)/python -m pytest -m slow
 
+wheel: $(VENV)/.dev
+	$(BIN)/python -m pytest -m slow tests/test_wheel.py
+
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	@# agents/ and studies/ are installed inside pkm_gym: show mypy the package as it is installed
-	@rm -rf build/types && mkdir -p build/types/pkm_gym
-	@ln -s $(CURDIR)/pkm_gym/* $(CURDIR)/agents $(CURDIR)/studies build/types/pkm_gym
-	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml
+	@$(MAKE) --no-print-directory types
+
+types: $(VENV)/.dev build/package
+	cd build/package && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml --cache-dir ../../.mypy_cache
+
+docs: $(VENV)/.docs build/package
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean >build/docs.log 2>&1 || { grep -v INFO build/docs.log; exit 1; }
+	@echo "pkm_gym: the pages are in build/docs/index.html"
+
+# agents/ and studies/ are installed inside pkm_gym: the package as it is installed
+.PHONY: build/package
+build/package:
+	@rm -rf $@ && mkdir -p $@
+	@cp -Rp pkm_gym $@ && cp -Rp agents studies $@/pkm_gym
 
 benchmark: $(VENV)/.benchmark
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
@@ -35,7 +49,7 @@ bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .nox build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:
@@ -52,7 +66,12 @@ $(VENV)/.benchmark: $(BIN)/python $(SOURCES)
 	$(INSTALL) -e ".[studies,agents]"
 	@touch $@ $(VENV)/.studies
 
+$(VENV)/.docs: $(BIN)/python $(SOURCES)
+	@echo "pkm_gym: installing what the pages need into $(VENV) (once) ..."
+	$(INSTALL) -e ".[docs]"
+	@touch $@
+
 $(VENV)/.dev: $(BIN)/python $(SOURCES)
 	@echo "pkm_gym: installing everything that the tests need into $(VENV) (once) ..."
-	$(INSTALL) -e ".[studies,agents,movies,dev]"
-	@touch $@ $(VENV)/.studies $(VENV)/.benchmark
+	$(INSTALL) -e ".[studies,agents,movies,docs,dev]"
+	@touch $@ $(VENV)/.studies $(VENV)/.benchmark $(VENV)/.docs

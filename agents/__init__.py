@@ -1,4 +1,4 @@
-"""Agents that learn to design, and the trained ones that are shipped.
+"""Agents that are trained to design, and the trained ones that are shipped.
 
 ``load_designer(name)`` loads one; ``pkm-gym zoo`` lists them.
 """

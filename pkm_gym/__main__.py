@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import inspect
 import sys
-from importlib import import_module
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pkm_gym.core.names import unknown
+from pkm_gym.core.names import imported, unknown
 
 STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
 
@@ -64,6 +64,10 @@ VERBS = {
         f"{STUDIES}.benchmark:command",
         "Rank methods on tasks with known optima.",
     ),
+    "calibrate": (
+        f"{STUDIES}.calibrate:command",
+        "Measure what merit must know of a problem.",
+    ),
     "restamp": ("pkm_gym.agents.verbs.restamp:command", "Renew files of an older version."),
     "score": (f"{STUDIES}.score:command", "Score logs of what a method evaluated."),
     "splits": (
@@ -82,6 +86,7 @@ EXTRAS = {
     "optuna_dashboard": "studies",
     "plotly": "studies",
     "xarray": "studies",
+    "tomli_w": "studies",
     "safetensors": "agents",
     "sb3_contrib": "agents",
     "stable_baselines3": "agents",
@@ -166,8 +171,7 @@ def door(
 
 
 def _load(verb: str) -> Any:
-    module, _, attribute = VERBS[verb][0].partition(":")
-    function = getattr(import_module(module), attribute)
+    function = imported(VERBS[verb][0])
     single = typer.Typer(**PLAIN)
     paragraphs = inspect.cleandoc(function.__doc__ or "").split("\n\n")
     text = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)
@@ -220,7 +224,8 @@ def _refuse(sentence: str) -> NoReturn:
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; modules that a command names are looked for here as well."""
+    sys.path.append(str(Path.cwd()))
     app(prog_name="pkm-gym")
 
 

@@ -25,16 +25,16 @@ def designer_path(model: str) -> Path:
     Raises:
         ValueError: with the closest match, if there is none.
     """
-    known = shipped()
-    if model in known:
-        return known[model]
+    files = shipped()
+    if model in files:
+        return files[model]
     path = Path(model)
     if (path / BEST).is_file():
         return path / BEST
     if path.suffix == CONFIG:
         return path
     raise ValueError(
-        f"{unknown('designer', model, known)}; a run's folder or a .json file will do, too"
+        f"{unknown('designer', model, files)}; a run's folder or a .json file will do, too"
     )
 
 
@@ -70,8 +70,8 @@ def trained_for(problem: DesignProblem) -> tuple[Designer, Origin]:
     Raises:
         ValueError: if none was trained for it, with these options.
     """
-    known = [read_designer(path) for path in shipped().values()]
-    own = [item for item in known if item[0].problem.name == problem.name]
+    designers = [read_designer(path) for path in shipped().values()]
+    own = [item for item in designers if item[0].problem.name == problem.name]
     if not own:
         raise ValueError(
             f"no designer of {problem.name} is shipped: train one with `pkm-gym train`, and give "

@@ -18,7 +18,7 @@ from pkm_gym.mechanisms import make_problem
 ONLY = np.arange(1)
 
 
-def training(name: str) -> Cost:
+def training_cost(name: str) -> Cost:
     """Return what it cost to train the shipped designer of a problem; its time isn't recorded."""
     return Cost(trained_for(make_problem(name))[1].steps, np.nan)
 
@@ -28,7 +28,7 @@ def files(_name: str) -> list[Path]:
     return sorted(ZOO.glob("*.*"))
 
 
-@method(knowledge="transfer", training=training, files=files)
+@method(knowledge="transfer", training=training_cost, files=files)
 def designer(problem: DesignProblem, _pool: Pool) -> Search:
     """Ask the shipped designer of the problem, until its own budget is spent."""
     return session_search(designer_for(problem))

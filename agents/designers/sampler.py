@@ -112,18 +112,18 @@ class DesignerSampler(BaseSampler):
 
     def _told(self, trial: FrozenTrial, design: FloatArray) -> Evaluation:
         """Return what the trial says of its design; evaluate it if that isn't enough."""
-        known = trial.user_attrs
-        constraints = known.get("constraints") or trial.constraints
+        attributes = trial.user_attrs
+        constraints = attributes.get("constraints") or trial.constraints
         first = self.problem.objectives[0].name
-        if "log_merit" not in known or set(constraints) != set(self.problem.constraint_names):
+        if "log_merit" not in attributes or set(constraints) != set(self.problem.constraint_names):
             return self.problem.evaluate(design, self.task)
         return Evaluation.remembered(
             self.problem,
             design,
             self.task.pack(),
-            np.array([known.get(first, np.nan)]),
+            np.array([attributes.get(first, np.nan)]),
             np.array([[constraints[name] for name in self.problem.constraint_names]]),
-            np.array([known["log_merit"]]),
+            np.array([attributes["log_merit"]]),
         )
 
     def _check(self, study: Study) -> None:

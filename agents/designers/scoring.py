@@ -36,10 +36,12 @@ def record(
     for seed, (designer, cost) in enumerate(zip(designers, costs, strict=True)):
         if designer.problem.hash() != problem.hash():
             raise ValueError(f"agent {seed + 1} designs for another problem than {name}'s split")
-        how = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
+        own_setting = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
         began = time.perf_counter()
         designs = designer.design(tasks.tasks).designs
         seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))
         rows = np.arange(len(tasks), dtype=np.int64)
-        logs.append(EvaluationLog(how, rows, designs, seconds, version("pkm_gym"), command, cost))
+        logs.append(
+            EvaluationLog(own_setting, rows, designs, seconds, version("pkm_gym"), command, cost)
+        )
     return logs

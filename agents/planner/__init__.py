@@ -1,1 +1,1 @@
-"""The learned designer: a surrogate of the problem, what a session teaches, and a plan."""
+"""The designer that plans: a surrogate of the problem, what a session teaches, and a plan."""

@@ -56,7 +56,7 @@ def believe(
     """Return what is believed near a centre (d,), of a task's point (m,).
 
     Args:
-        surrogate: what was learned before.
+        surrogate: what was trained before.
         point: of the task.
         places: array (n, d), what was evaluated.
         told: array (n, outputs), what the evaluations said; NaN where nothing.

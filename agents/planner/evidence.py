@@ -56,14 +56,14 @@ class Evidence:
         """
         largest = self.values.argmax(axis=1)
         doubtful = self._doubtful(largest)
-        known: dict[tuple[int, bytes], float] = {}
+        cache: dict[tuple[int, bytes], float] = {}
 
         def likelihood(piece: int, speaker: IntArray) -> float:
             spoke = speaker == piece
             key = (piece, spoke.tobytes())
-            if key not in known:
-                known[key] = self._heard(spoke, piece)[2]
-            return known[key]
+            if key not in cache:
+                cache[key] = self._heard(spoke, piece)[2]
+            return cache[key]
 
         pieces = sorted({piece for _, piece in doubtful})
         begun = [largest]

@@ -71,8 +71,8 @@ class Planner:
         places = (memory.designs[row, :count] - low) / span
         told = self.surrogate.told(memory.log_merit[row, :count], memory.constraints[row, :count])
         home = (memory.answer.designs[row] - low) / span
-        known = told if count else self.surrogate.pieces(point, home[None]).values.max(axis=2)
-        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(known))
+        outputs = told if count else self.surrogate.pieces(point, home[None]).values.max(axis=2)
+        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(outputs))
         bounds = np.maximum(0.0, home - trust), np.minimum(1.0, home + trust)
         centre, speakers = home, None
         for _ in range(CENTRES):
@@ -130,8 +130,8 @@ def plan(
         "options": {"ftol": PRECISION, "maxiter": ITERATIONS},
     }
     begun = [np.r_[np.clip(start, low, high), ASIDE[0]] for start in _starts(d, hope)]
-    found = [minimize(objective, start, **settings) for start in begun]
-    best = min(found, key=lambda result: float(result.fun))
+    results = [minimize(objective, start, **settings) for start in begun]
+    best = min(results, key=lambda result: float(result.fun))
     place: FloatArray = centre + np.clip(best.x[:d], low, high)
     return place
 
@@ -161,9 +161,9 @@ def _failures(memory: Memory, row: int) -> int:
     return int(memory.evaluations[row] - memory.improved[row])
 
 
-def _way(known: FloatArray) -> float:
+def _way(outputs: FloatArray) -> float:
     """Return how far something feasible may be from designs with such outputs (n, outputs)."""
-    worst = np.nan_to_num(known[:, 1:], nan=np.inf).max(axis=1, initial=0.0)
+    worst = np.nan_to_num(outputs[:, 1:], nan=np.inf).max(axis=1, initial=0.0)
     return min(FARTHEST, AFAR * float(worst.min()))
 
 

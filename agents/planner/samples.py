@@ -1,4 +1,4 @@
-"""Samples: designs evaluated near the optima of solved tasks, for a surrogate to learn from."""
+"""Samples: designs evaluated near the optima of solved tasks, for a surrogate to be trained on."""
 
 from __future__ import annotations
 

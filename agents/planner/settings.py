@@ -1,4 +1,4 @@
-"""Settings: the hyperparameters of a fit."""
+"""Settings: the hyperparameters of a surrogate's training."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LEAST = {"updates": 1, "batch_size": 2, "width": 1, "pieces": 1, "splits": 0}
 
 @dataclass(frozen=True)
 class Settings:
-    """The hyperparameters of a fit.
+    """The hyperparameters of a surrogate's training.
 
     Attributes:
         updates: steps of Adam.

@@ -1,4 +1,4 @@
-"""Surrogate: a learned model of a problem near its optima, smooth pieces and their kinks."""
+"""Surrogate: a trained model of a problem near its optima, smooth pieces and their kinks."""
 
 from __future__ import annotations
 
@@ -19,10 +19,15 @@ BEYOND = 0.02  # how far beyond the Family's range (a range is 1.2) errors are t
 
 IntArray = npt.NDArray[np.intp]
 
-TENSORS = (
-    "columns", "errors", "middle", "spread", "mean", "scale",
-    "weight.0", "bias.0", "weight.1", "bias.1", "weight.2", "bias.2", "straight",
-)  # fmt: skip
+ARRAYS = ("errors", "middle", "spread", "mean", "scale", "straight")  # of the tensors of a file
+
+
+class Layers(NamedTuple):
+    """Arrays of the three layers: two hidden ones, and the one that makes the pieces."""
+
+    first: FloatArray
+    second: FloatArray
+    last: FloatArray
 
 
 class Pieces(NamedTuple):
@@ -54,8 +59,8 @@ class Surrogate:
         errors: array (outputs,), the typical error near an optimum.
         middle, spread: arrays (inputs,), by which inputs are standardised.
         mean, scale: arrays (outputs,), by which outputs are.
-        weights: three arrays (outputs, in, out); what an output doesn't depend on has none.
-        biases: three arrays (outputs, 1, out).
+        weights: arrays (outputs, in, out); what an output doesn't depend on has none.
+        biases: arrays (outputs, 1, out).
         straight: array (outputs, inputs, pieces), weights from the inputs to the pieces.
     """
 
@@ -66,8 +71,8 @@ class Surrogate:
     spread: FloatArray
     mean: FloatArray
     scale: FloatArray
-    weights: tuple[FloatArray, FloatArray, FloatArray]
-    biases: tuple[FloatArray, FloatArray, FloatArray]
+    weights: Layers
+    biases: Layers
     straight: FloatArray
 
     @property
@@ -79,15 +84,15 @@ class Surrogate:
         """Return the pieces at places (n, d) of a task's point (m,)."""
         m = len(point)
         inputs = (np.c_[np.tile(point, (len(places), 1)), places] - self.middle) / self.spread
-        first, second, last = self.weights
-        seed = first[:, m:] / self.spread[m:, None]  # (outputs, d, width)
-        hidden, rise = _silu(inputs @ first + self.biases[0])
+        weights, biases = self.weights, self.biases
+        seed = weights.first[:, m:] / self.spread[m:, None]  # (outputs, d, width)
+        hidden, rise = _silu(inputs @ weights.first + biases.first)
         slopes = rise[:, :, None, :] * seed[:, None]  # (outputs, n, d, width)
-        hidden, rise = _silu(hidden @ second + self.biases[1])
-        slopes = rise[:, :, None, :] * (slopes @ second[:, None])
-        values = hidden @ last + self.biases[2] + inputs @ self.straight
+        hidden, rise = _silu(hidden @ weights.second + biases.second)
+        slopes = rise[:, :, None, :] * (slopes @ weights.second[:, None])
+        values = hidden @ weights.last + biases.last + inputs @ self.straight
         straight = self.straight[:, m:] / self.spread[m:, None]
-        slopes = slopes @ last[:, None] + straight[:, None]
+        slopes = slopes @ weights.last[:, None] + straight[:, None]
         scale = self.scale[:, None]
         made = values.swapaxes(0, 1) * scale + self.mean[:, None]
         made[:, 0, 1:] = -np.inf
@@ -114,25 +119,26 @@ class Surrogate:
 
     def tensors(self) -> dict[str, Any]:
         """Return all arrays by name, for a file: float32 but for the columns."""
-        arrays = (
-            self.errors, self.middle, self.spread, self.mean, self.scale,
-            *(array for pair in zip(self.weights, self.biases, strict=True) for array in pair),
-            self.straight,
-        )  # fmt: skip
-        single = [np.ascontiguousarray(array, dtype=np.float32) for array in arrays]
-        return dict(zip(TENSORS, [self.columns.astype(np.int64), *single], strict=True))
+        arrays = {name: getattr(self, name) for name in ARRAYS}
+        arrays |= {f"weight.{i}": array for i, array in enumerate(self.weights)}
+        arrays |= {f"bias.{i}": array for i, array in enumerate(self.biases)}
+        single = {n: np.ascontiguousarray(array, dtype=np.float32) for n, array in arrays.items()}
+        return {"columns": self.columns.astype(np.int64), **single}
 
     @classmethod
     def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Surrogate:
         """Return the surrogate of what ``tensors()`` returned."""
-        columns, *rest = (tensors[name] for name in TENSORS)
-        errors, middle, spread, mean, scale, *layers, straight = (
-            array.astype(float) for array in rest
+        weights, biases = (
+            Layers(*(tensors[f"{kind}.{i}"].astype(float) for i in range(len(Layers._fields))))
+            for kind in ("weight", "bias")
         )
         return cls(
-            problem, columns.astype(np.intp), errors, middle, spread, mean, scale,
-            (layers[0], layers[2], layers[4]), (layers[1], layers[3], layers[5]), straight,
-        )  # fmt: skip
+            problem=problem,
+            columns=tensors["columns"].astype(np.intp),
+            weights=weights,
+            biases=biases,
+            **{name: tensors[name].astype(float) for name in ARRAYS},
+        )
 
 
 def outputs(problem: DesignProblem, log_merit: FloatArray, constraints: FloatArray) -> FloatArray:

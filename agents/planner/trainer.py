@@ -1,4 +1,4 @@
-"""Fitting: a run in which a surrogate learns what the designs near solved tasks' optima give."""
+"""SurrogateTrainer: a run that trains a surrogate on designs near solved tasks' optima."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pkm_gym.agents.designers.designer import Policy
 from pkm_gym.agents.planner.planner import Planner
 from pkm_gym.agents.planner.samples import draw
 from pkm_gym.agents.planner.settings import Settings
-from pkm_gym.agents.planner.training import Fit
-from pkm_gym.agents.runs.course import Lessons
+from pkm_gym.agents.planner.training import SurrogateTraining
+from pkm_gym.agents.runs.course import DesignCourse
 from pkm_gym.agents.runs.run import CHECKPOINT
-from pkm_gym.agents.runs.trainer import Stopped, Training
+from pkm_gym.agents.runs.trainer import Stopped, Trainer
 
 if TYPE_CHECKING:
     from torch.utils.tensorboard import SummaryWriter
@@ -22,62 +22,62 @@ if TYPE_CHECKING:
 CHECK_EVERY = 100  # updates between two looks at whether to stop
 
 
-class Fitting(Training[Policy]):
-    """A run that fits a surrogate, for a designer that plans with it."""
+class SurrogateTrainer(Trainer[Policy]):
+    """A run that trains a surrogate, for a designer that plans with it."""
 
-    lessons: Lessons
+    course: DesignCourse
 
     def train(self, *, resume: bool = False) -> float:
-        """Fit to the end, from the last checkpoint if ``resume``; return the best score.
+        """Train to the end, from the last checkpoint if ``resume``; return the best score.
 
         Raises:
             ValueError: without solved tasks, for a bad setting or an unreadable checkpoint.
             Stopped: after ``stop`` said so; the state is kept.
         """
-        fit, path = self.begin(), self.run.folder / CHECKPOINT
+        training, path = self.begin(), self.run.folder / CHECKPOINT
         if resume:
-            self.best = fit.load(path)
-        updates = fit.settings.updates
+            self.best = training.load(path)
+        updates = training.settings.updates
         every = max(1, updates // self.run.recipe.checkpoints)
         with _board(self.run.folder / "tensorboard") as board:
-            while fit.done < updates:
-                loss = fit.update()
-                if fit.done % every == 0 or fit.done == updates:
-                    self._keep(fit, path)
-                if fit.done % CHECK_EVERY == 0:
-                    board.add_scalar("fit/loss", loss, fit.done)
-                    self.report(self._steps(fit), self.best)
+            while training.done < updates:
+                loss = training.update()
+                if training.done % every == 0 or training.done == updates:
+                    self._keep(training, path)
+                if training.done % CHECK_EVERY == 0:
+                    board.add_scalar("train/loss", loss, training.done)
+                    self.report(self._steps(training), self.best)
                     if self.stop():
-                        fit.save(path, self.best)
+                        training.save(path, self.best)
                         raise Stopped
         return self.best
 
-    def begin(self) -> Fit:
-        """Return the fit at its beginning: the samples are drawn, nothing is learned.
+    def begin(self) -> SurrogateTraining:
+        """Return the training at its beginning: the samples are drawn, no update is done.
 
         Raises:
             ValueError: without solved tasks, or for fewer than two samples of each.
         """
-        pool, recipe, seed = self.lessons.pool, self.run.recipe, self.run.seed
+        pool, recipe, seed = self.course.pool, self.run.recipe, self.run.seed
         if pool is None:
-            raise ValueError("a model learns from solved tasks: give --pool FILE.npz")
+            raise ValueError("a model is trained on solved tasks: give --pool FILE.npz")
         tasks = int(pool.solvable.sum())
         if recipe.steps < 2 * tasks:
             raise ValueError(
                 f"steps is {recipe.steps}: {tasks} solved tasks need at least {2 * tasks}"
             )
         generator = np.random.default_rng(seed)
-        samples = draw(self.lessons.problem, pool, recipe.steps // tasks, generator)
-        return Fit(self.lessons.problem, samples, Settings(**recipe.algorithm), seed)
+        samples = draw(self.course.problem, pool, recipe.steps // tasks, generator)
+        return SurrogateTraining(self.course.problem, samples, Settings(**recipe.algorithm), seed)
 
-    def _keep(self, fit: Fit, path: Path) -> None:
-        reached = self.score(Planner(fit.surrogate()), self._steps(fit))
-        fit.save(path, self.best)
+    def _keep(self, training: SurrogateTraining, path: Path) -> None:
+        reached = self.score(Planner(training.surrogate()), self._steps(training))
+        training.save(path, self.best)
         self.scored(reached)
 
-    def _steps(self, fit: Fit) -> int:
+    def _steps(self, training: SurrogateTraining) -> int:
         """Return the share of the evaluations that the updates done have made use of."""
-        return round(self.run.recipe.steps * fit.done / fit.settings.updates)
+        return round(self.run.recipe.steps * training.done / training.settings.updates)
 
 
 def _board(folder: Path) -> SummaryWriter:

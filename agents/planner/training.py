@@ -1,4 +1,4 @@
-"""Fit: the networks of a surrogate in PyTorch, and how they learn from samples."""
+"""SurrogateTraining: the networks of a surrogate in PyTorch, trained on samples."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from torch.nn.functional import silu
 
 from pkm_gym.agents.planner.samples import Samples
 from pkm_gym.agents.planner.settings import Settings
-from pkm_gym.agents.planner.surrogate import Surrogate
+from pkm_gym.agents.planner.surrogate import Layers, Surrogate
 from pkm_gym.agents.runs.state import read_state, write_state
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -46,9 +46,11 @@ class Net(nn.Module):
         scale = depends.sum(1)[:, None, None] ** -0.5, width**-0.5, width**-0.5
         layers = zip((size, width, width), (width, width, pieces), scale, strict=True)
         spread = 0.5, 0.0, 0.1
-        self.weights = nn.ParameterList([s * torch.randn(f, n, m) for n, m, s in layers])
-        self.biases = nn.ParameterList(
-            [s * torch.randn(f, 1, w.shape[2]) for s, w in zip(spread, self.weights, strict=True)]
+        weights = [s * torch.randn(f, n, m) for n, m, s in layers]
+        biases = [s * torch.randn(f, 1, w.shape[2]) for s, w in zip(spread, weights, strict=True)]
+        self.weights, self.biases = (
+            nn.ParameterDict(zip(Layers._fields, arrays, strict=True))
+            for arrays in (weights, biases)
         )
         self.straight = nn.Parameter(0.1 * torch.randn(f, size, pieces))
 
@@ -60,13 +62,14 @@ class Net(nn.Module):
     def pieces(self, inputs: Tensor) -> Tensor:
         """Return the pieces (f, n, pieces) for standardised inputs (n, size)."""
         own = inputs * self.depends
-        hidden = silu(torch.baddbmm(self.biases[0], own, self.weights[0]))
-        hidden = silu(torch.baddbmm(self.biases[1], hidden, self.weights[1]))
-        return torch.baddbmm(self.biases[2], hidden, self.weights[2]) + own @ self.straight
+        hidden = silu(torch.baddbmm(self.biases["first"], own, self.weights["first"]))
+        hidden = silu(torch.baddbmm(self.biases["second"], hidden, self.weights["second"]))
+        pieces = torch.baddbmm(self.biases["last"], hidden, self.weights["last"])
+        return pieces + own @ self.straight
 
 
-class Fit:
-    """A surrogate that is being fitted to samples.
+class SurrogateTraining:
+    """A surrogate that is being trained on samples.
 
     Attributes:
         settings: the hyperparameters.
@@ -86,7 +89,7 @@ class Fit:
         self._scales = _tensor(self._scale)
         self._told = _tensor(np.nan_to_num((samples.told - self._mean) / self._scale))
         self._weights = _tensor(_weights(samples.told))
-        self._learned = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
+        self._trained = torch.as_tensor(np.flatnonzero(np.arange(n) % HELD_OUT != 0))
         self._generator = torch.Generator().manual_seed(seed)
         torch.manual_seed(seed)
         depends = np.c_[samples.depends, np.ones((len(samples.depends), d), dtype=bool)]
@@ -103,7 +106,7 @@ class Fit:
     def update(self) -> float:
         """Take one step of Adam on pairs of samples; return the loss before it."""
         half = self.settings.batch_size // 2
-        task = self._learned[self._draw(len(self._learned), half)]
+        task = self._trained[self._draw(len(self._trained), half)]
         first, second = self._draw(self.samples.places.shape[1], 2 * half).view(2, half)
         rows = torch.cat([task, task]), torch.cat([first, second])
         made = self._net(self._inputs[rows])
@@ -125,17 +128,21 @@ class Fit:
         return float(loss.detach())
 
     def surrogate(self) -> Surrogate:
-        """Return what was fitted so far, with the errors that it makes on the held-out tasks."""
+        """Return what was trained so far, with the errors that it makes on the held-out tasks."""
         parameters = self._net.named_parameters()
         net = {name: value.detach().double().numpy() for name, value in parameters}
+        weights, biases = (
+            Layers(*(net[f"{kind}.{name}"] for name in Layers._fields))
+            for kind in ("weights", "biases")
+        )
         depends = self._net.depends.double().numpy().swapaxes(1, 2)
         return Surrogate(
             problem=self.problem,
             columns=self.samples.columns,
             errors=self._errors(),
             middle=self._middle, spread=self._spread, mean=self._mean, scale=self._scale,
-            weights=(net["weights.0"] * depends, net["weights.1"], net["weights.2"]),
-            biases=(net["biases.0"], net["biases.1"], net["biases.2"]),
+            weights=weights._replace(first=weights.first * depends),
+            biases=biases,
             straight=net["straight"] * depends,
         )  # fmt: skip
 
@@ -173,7 +180,7 @@ class Fit:
     def _split(self, inputs: Tensor) -> None:
         """Give each output of which only one piece speaks for the inputs (n, size) a second one.
 
-        A piece that is never the largest learns nothing, and so a kink may never be found. The
+        A piece that is never the largest is never trained, and so a kink may never be found. The
         second piece is the first but for a random slope: each speaks for about half of the inputs.
         """
         pieces = self.settings.pieces
@@ -188,7 +195,7 @@ class Fit:
 
     def _copy(self, output: int, one: int, other: int) -> None:
         """Make another piece of an output like one, and what Adam remembers of it."""
-        for layer in (self._net.weights[2], self._net.biases[2], self._net.straight):
+        for layer in (self._net.weights["last"], self._net.biases["last"], self._net.straight):
             state = self._optimiser.state[layer]
             for array in (layer, state["exp_avg"], state["exp_avg_sq"]):
                 array[output, :, other] = array[output, :, one]
@@ -215,8 +222,8 @@ class Fit:
 def _typical(error: FloatArray, told: FloatArray, *, always: bool) -> float:
     """Return the typical error (n,), of a constraint where it is told to be near its limit."""
     counts = np.abs(told) < AT_LIMIT
-    known = np.isfinite(error)
-    chosen = known & counts if (known & counts).any() and not always else known
+    finite = np.isfinite(error)
+    chosen = finite & counts if (finite & counts).any() and not always else finite
     return float(np.quantile(error[chosen], TYPICAL)) if chosen.any() else AT_LIMIT
 
 

@@ -1,4 +1,4 @@
-"""Lessons: the sessions that an agent learns on, and the tasks that it is scored on."""
+"""DesignCourse: the sessions that an agent is trained on, the tasks that it is scored on."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ VALIDATION_SEED = 1
 
 
 @dataclass(frozen=True)
-class Lessons:
+class DesignCourse:
     """What a run trains and scores its agent on.
 
     Attributes:
         arguments: of ``DesignVectorEnv``.
         env: one environment of those arguments.
         starts: where the agent's sessions start on a task of its own.
-        pool: solved tasks to learn on, None where there are none.
+        pool: solved tasks to train on, None where there are none.
         tasks: array (n, m), the tasks of the score.
         optima: array (n,), the log merit of their optima.
     """
@@ -90,20 +90,20 @@ class Lessons:
         write_designer(self.designer(policy), path, origin, self.problem_arguments)
 
     def sessions(self, n: int) -> DesignVectorEnv:
-        """Return n sessions to learn on."""
+        """Return n sessions to train on."""
         return DesignVectorEnv(num_envs=n, **{"infos": False, **self.arguments})
 
 
-def prepare(
+def design_course(
     env_id: str, recipe: Recipe, folder: Path, *, pool: Path | None, validation: Path | None
-) -> Lessons:
-    """Return the lessons of a run; what they need beside its files is written to its folder.
+) -> DesignCourse:
+    """Return the course of a run; what they need beside its files is written to its folder.
 
     Args:
         env_id: of the environment.
         recipe: of the run.
         folder: of the run.
-        pool: file of solved tasks to learn on, as ``pkm-gym solve-tasks`` writes it; None: the
+        pool: file of solved tasks to train on, as ``pkm-gym solve-tasks`` writes it; None: the
             benchmark's training tasks, if they are needed.
         validation: file of solved tasks to be scored on; None: the benchmark's, or else tasks that
             are drawn and solved now.
@@ -117,17 +117,17 @@ def prepare(
     if pool is None and needed and arguments.get("family"):
         pool = _split(problem, "train")
         if pool is None:
-            raise ValueError(f"{env_id} needs solved tasks to learn on: give --pool FILE.npz")
+            raise ValueError(f"{env_id} needs solved tasks to train on: give --pool FILE.npz")
     if pool is not None:
         arguments["pool"] = str(pool)
-    known = Pool.load(pool, problem) if pool is not None else None
+    solved = Pool.load(pool, problem) if pool is not None else None
     starts: Starts | None = None
     if recipe.starts == "interpolated":
-        assert known is not None
-        starts = Interpolation(problem, known)
+        assert solved is not None
+        starts = Interpolation(problem, solved)
         arguments |= {"start": "pool", "pool": str(folder / POOL)}
         if not (folder / POOL).exists():
-            with_starts(problem, known).save(folder / POOL)
+            with_starts(problem, solved).save(folder / POOL)
     else:
         arguments["start"] = recipe.starts
     env = DesignEnv(**arguments)
@@ -137,7 +137,7 @@ def prepare(
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
     own = starts or Centre(env.problem)
-    return Lessons(arguments, env, own, known, scored.tasks[kept], optima)
+    return DesignCourse(arguments, env, own, solved, scored.tasks[kept], optima)
 
 
 def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
@@ -179,7 +179,7 @@ def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
         tasks = problem.draw_tasks(VALIDATION_TASKS, np.random.default_rng(VALIDATION_SEED))
     else:
         tasks = problem.pack(None)[None]
-    solved = solve_tasks(problem, tasks)
-    pool = Pool.from_solutions(solved, solved.designs, problem, "pkm-gym train")
+    solutions = solve_tasks(problem, tasks)
+    pool = Pool.from_solutions(solutions, solutions.designs, problem, "pkm-gym train")
     pool.save(file)
     return pool

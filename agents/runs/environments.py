@@ -22,8 +22,8 @@ def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
     if colon:
         import_module(module)
     if name not in registry:
-        known = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
-        raise ValueError(unknown("environment", name, known))
+        ids = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
+        raise ValueError(unknown("environment", name, ids))
     spec = registry[name]
     if not (_is_design(spec) or (motion and is_motion(spec))):
         raise ValueError(f"{name} is no design environment: its entry point must be DesignEnv")

@@ -6,13 +6,12 @@ import inspect
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from pkm_gym.agents.sb3.network import ACTIVATIONS
-from pkm_gym.core.names import check_known, unknown
+from pkm_gym.core.names import check_known, imported, unknown
 
 LEARNERS = {
     "ppo": "stable_baselines3:PPO",
@@ -68,8 +67,7 @@ def algorithm_class(algorithm: str) -> Any:
         ValueError: for an unknown one, with its closest match.
     """
     check_known("algorithm", [algorithm], ALGORITHMS)
-    module, _, name = ALGORITHMS[algorithm].partition(":")
-    return getattr(import_module(module), name)
+    return imported(ALGORITHMS[algorithm])
 
 
 def read_recipe(

@@ -28,7 +28,7 @@ class Run:
         algorithm: "ppo", "sac", "td3", "tqc" or "model".
         seed: of the agent and the environments.
         recipe: the hyperparameters.
-        pool: file of solved tasks to learn on.
+        pool: file of solved tasks to train on.
         validation: file of solved tasks to be scored on.
         folder: where it is kept.
         command: that started it.

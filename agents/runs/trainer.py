@@ -1,4 +1,4 @@
-"""Training: a run that is trained, scored and kept in its folder, whatever the algorithm."""
+"""Trainer: a run that is trained, scored and kept in its folder, whatever the algorithm."""
 
 from __future__ import annotations
 
@@ -7,30 +7,36 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from pkm_gym.agents.runs.files import Origin
+from pkm_gym.agents.runs.recipe import LEARNERS
 from pkm_gym.agents.runs.run import BEST, SCORES, Run, versions
+from pkm_gym.core.names import imported
 
-Learned_contra = TypeVar("Learned_contra", contravariant=True)
+# Which trainer an algorithm needs.
+SB3 = "pkm_gym.agents.sb3.trainer:PolicyTrainer"
+PLANNER = "pkm_gym.agents.planner.trainer:SurrogateTrainer"
+
+Policy_contra = TypeVar("Policy_contra", contravariant=True)
 Report = Callable[[int, float], None]
 
 
-class Teacher(Protocol[Learned_contra]):
-    """What an agent is scored on."""
+class Course(Protocol[Policy_contra]):
+    """What an agent is trained and scored on."""
 
     @property
     def goal(self) -> str:
         """What the agent is scored on."""
         ...
 
-    def score(self, policy: Learned_contra) -> float:
+    def score(self, policy: Policy_contra) -> float:
         """Return the score of a policy; larger is better."""
         ...
 
-    def write(self, policy: Learned_contra, path: Path, origin: Origin) -> None:
+    def write(self, policy: Policy_contra, path: Path, origin: Origin) -> None:
         """Write a policy so that it can be used."""
         ...
 
@@ -40,12 +46,12 @@ class Stopped(Exception):  # noqa: N818 (it is no error)
 
 
 @dataclass
-class Training(ABC, Generic[Learned_contra]):
+class Trainer(ABC, Generic[Policy_contra]):
     """A run that is trained.
 
     Attributes:
         run: what is trained, and where it is kept.
-        lessons: what it learns and is scored on.
+        course: what it is trained and scored on.
         report: called with the steps done and the best score so far.
         stop: asked now and then whether to keep the state and end.
         scored: called with each score.
@@ -53,7 +59,7 @@ class Training(ABC, Generic[Learned_contra]):
     """
 
     run: Run
-    lessons: Teacher[Learned_contra]
+    course: Course[Policy_contra]
     report: Report = lambda *_: None
     stop: Callable[[], bool] = lambda: False
     scored: Callable[[float], None] = lambda _: None
@@ -68,15 +74,29 @@ class Training(ABC, Generic[Learned_contra]):
             Stopped: after ``stop`` said so; the state is kept.
         """
 
-    def score(self, policy: Learned_contra, steps: int) -> float:
-        """Score what was learned in so many steps, and keep it if it is the best so far."""
+    def score(self, policy: Policy_contra, steps: int) -> float:
+        """Score what was trained in so many steps, and keep it if it is the best so far."""
         run = self.run
-        reached = self.lessons.score(policy)
+        reached = self.course.score(policy)
         if reached > self.best:
             self.best = reached
             origin = Origin(run.env_id, run.command, steps, reached, versions())
-            self.lessons.write(policy, run.folder / BEST, origin)
+            self.course.write(policy, run.folder / BEST, origin)
         line = {"steps": steps, "score": reached}
         with (run.folder / SCORES).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         return reached
+
+
+def trainer_for(
+    run: Run,
+    course: Any,
+    report: Report = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+    scored: Callable[[float], None] = lambda _: None,
+) -> Trainer[Any]:
+    """Return the trainer of a run, for its algorithm; see ``Trainer``."""
+    trainer: Trainer[Any] = imported(SB3 if run.algorithm in LEARNERS else PLANNER)(
+        run, course, report, stop, scored
+    )
+    return trainer

@@ -13,11 +13,11 @@ import optuna
 from optuna import Study, Trial
 from optuna.trial import TrialState
 
-from pkm_gym.agents.runs.course import prepare
+from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
-from pkm_gym.agents.runs.trainers import training_of
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.agents.runs.trainer import trainer_for
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.storage.storages import open_storage
 
 SEEDS = (0, 1)  # of each trial
@@ -60,13 +60,13 @@ class Tuning:
         """Train with some settings and return the best score."""
         recipe = changed(self.recipe, settings)
         own = Run(self.env_id, self.algorithm, seed, recipe, self.pool, self.validation, folder)
-        known = (folder / CHECKPOINT).exists()
-        if not known:
+        begun = (folder / CHECKPOINT).exists()
+        if not begun:
             own.write()
-        lessons = prepare(
+        course = design_course(
             self.env_id, recipe, self.folder, pool=self.pool, validation=self.validation
         )
-        return training_of(own, lessons, scored=scored).train(resume=known)
+        return trainer_for(own, course, scored=scored).train(resume=begun)
 
     def objective(self, trial: Trial) -> float:
         """Return the mean of the best scores of two training seeds; prune what lags behind."""

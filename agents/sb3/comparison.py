@@ -1,4 +1,4 @@
-"""Agents on one task: what their training found, beside the searches of ``pkm-gym compare``."""
+"""Agents on one task: what came of their training, beside the searches of ``pkm-gym compare``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
 from pkm_gym.agents.designers.designer import Centre, Designer
-from pkm_gym.agents.runs.course import Lessons
+from pkm_gym.agents.runs.course import DesignCourse
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.run import Run
 from pkm_gym.agents.sb3.network import Network
@@ -27,7 +27,7 @@ from pkm_gym.studies.report.rows import Row, row_of
 ALGORITHMS = ("ppo", "sac")
 
 
-class Finder(BaseCallback):
+class AnswerKeeper(BaseCallback):
     """Keeps the answer of every session that training has finished."""
 
     def __init__(self, problem: DesignProblem) -> None:
@@ -44,7 +44,7 @@ class Finder(BaseCallback):
         return True
 
 
-class Trained(NamedTuple):
+class TrainingResult(NamedTuple):
     """What came of training on one task.
 
     Attributes:
@@ -65,7 +65,7 @@ def train_on(
     seed: int,
     steps: int | None = None,
     progress: Callable[[], None] = lambda: None,
-) -> Trained:
+) -> TrainingResult:
     """Train an agent on a problem's own task.
 
     Args:
@@ -75,22 +75,22 @@ def train_on(
         steps: evaluations; as many as the recipe says if None.
         progress: called at the end.
     """
-    lessons = lessons_on(problem)
+    course = course_on(problem)
     recipe = read_recipe(algorithm, "", steps=steps)
     with TemporaryDirectory() as folder:
         run = Run("", algorithm, seed, recipe, None, None, Path(folder))
-        model = make_model(run, lessons)
-        finder = Finder(problem)
-        model.learn(recipe.steps, callback=finder)
-    answers = problem.evaluate(np.concatenate(finder.answers))
+        model = make_model(run, course)
+        keeper = AnswerKeeper(problem)
+        model.learn(recipe.steps, callback=keeper)
+    answers = problem.evaluate(np.concatenate(keeper.answers))
     best = problem.evaluate(answers.designs[answers.best()][None])
-    designer = Designer(problem, lessons.env.rules, Network.of_model(model), lessons.starts)
+    designer = Designer(problem, course.env.rules, Network.of_model(model), course.starts)
     final = problem.evaluate(designer.design(problem.task).answer.designs)
     progress()
-    return Trained(best, final, model.num_timesteps)
+    return TrainingResult(best, final, model.num_timesteps)
 
 
-def rows(
+def algorithm_rows(
     problem: DesignProblem,
     optimum: Row | None,
     seeds: int,
@@ -105,7 +105,7 @@ def rows(
         progress: called after each run.
     """
     torch.set_num_threads(1)  # more are slower for nets so small
-    found: dict[str, list[Row]] = {}
+    rows: dict[str, list[Row]] = {}
     for algorithm in ALGORITHMS:
         trained = [
             train_on(problem, algorithm, seed=seed, progress=progress) for seed in range(seeds)
@@ -114,15 +114,15 @@ def rows(
             (f"{algorithm}, training", [run.best for run in trained]),
             (f"{algorithm}, trained", [run.final for run in trained]),
         ):
-            found[name] = [
-                row_of(f"{name}, seed {seed}", found_by, 0, optimum, evaluations=run.evaluations)
-                for seed, (found_by, run) in enumerate(zip(evaluations, trained, strict=True))
+            rows[name] = [
+                row_of(f"{name}, seed {seed}", evaluation, 0, optimum, evaluations=run.evaluations)
+                for seed, (evaluation, run) in enumerate(zip(evaluations, trained, strict=True))
             ]
-    return found
+    return rows
 
 
-def lessons_on(problem: DesignProblem) -> Lessons:
-    """Return the lessons of a problem as it is made, on its own task."""
+def course_on(problem: DesignProblem) -> DesignCourse:
+    """Return the course of a problem as it is made, on its own task."""
     arguments: dict[str, Any] = {
         "problem": problem.name,
         "task": problem.task,
@@ -133,6 +133,6 @@ def lessons_on(problem: DesignProblem) -> Lessons:
     }
     env = DesignEnv(**arguments)
     nothing = np.empty(0)
-    return Lessons(
+    return DesignCourse(
         {**arguments, "infos": True}, env, Centre(problem), None, nothing.reshape(0, 1), nothing
     )

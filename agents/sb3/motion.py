@@ -1,4 +1,4 @@
-"""Agents that drive twins: what they learn on, what they are scored on, and their files."""
+"""Agents that drive twins: what they are trained and scored on, and their files."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class Driver:
 
 
 @dataclass(frozen=True)
-class Drives:
+class MotionCourse:
     """What a driver is trained on: episodes of a motion environment.
 
     Attributes:
         spec: of the environment.
-        arguments: of ``MotionEnv`` while it learns.
+        arguments: of ``MotionEnv`` in training.
         env: where it is scored: the same, from the path's beginning.
     """
 
@@ -90,7 +90,9 @@ class Drives:
         write_pair(path, config, save(policy.tensors()))
 
 
-def drives(spec: EnvSpec, recipe: Recipe, *, pool: Path | None, validation: Path | None) -> Drives:
+def motion_course(
+    spec: EnvSpec, recipe: Recipe, *, pool: Path | None, validation: Path | None
+) -> MotionCourse:
     """Return what a run on a motion environment is trained on.
 
     Raises:
@@ -102,7 +104,7 @@ def drives(spec: EnvSpec, recipe: Recipe, *, pool: Path | None, validation: Path
     if recipe.starts != "centre":
         raise ValueError(f"{spec.id} has no sessions: starts must stay 'centre'")
     arguments = {**spec.kwargs, **recipe.environment}
-    return Drives(spec, arguments, MotionEnv(**{**arguments, **FROM_THE_BEGINNING}))
+    return MotionCourse(spec, arguments, MotionEnv(**{**arguments, **FROM_THE_BEGINNING}))
 
 
 def load_driver(path: str | Path) -> Driver:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,17 +29,28 @@ ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
 }
 
 
+class Layer(NamedTuple):
+    """Weights (out, in) and biases (out,) of a layer, float32."""
+
+    weight: Array
+    bias: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Return what the layer makes of values (n, in): array (n, out)."""
+        return values @ self.weight.T + self.bias
+
+
 @dataclass(frozen=True)
 class Network:
     """Observations in, the agent's best actions out.
 
     Attributes:
-        layers: (weights (out, in), biases (out,)) of each layer, float32.
+        layers: in their order.
         activation: between the layers: "relu", "silu" or "tanh".
         squashed: whether the output goes through tanh; otherwise it is clipped to [-1, 1].
     """
 
-    layers: tuple[tuple[Array, Array], ...]
+    layers: tuple[Layer, ...]
     activation: str
     squashed: bool
 
@@ -55,10 +66,10 @@ class Network:
         """Return the actions (n, d) in [-1, 1] for observations (n, size)."""
         activate = ACTIVATIONS[self.activation]
         values = observations
-        for weights, biases in self.layers[:-1]:
-            values = activate(values @ weights.T + biases)
-        weights, biases = self.layers[-1]
-        values = values @ weights.T + biases
+        *hidden, last = self.layers
+        for layer in hidden:
+            values = activate(layer(values))
+        values = last(values)
         return np.tanh(values) if self.squashed else np.clip(values, -1.0, 1.0)
 
     def propose(self, session: Session) -> FloatArray:
@@ -75,14 +86,16 @@ class Network:
         return {
             f"{i}.{name}": array
             for i, layer in enumerate(self.layers)
-            for name, array in zip(("weight", "bias"), layer, strict=True)
+            for name, array in layer._asdict().items()
         }
 
     @classmethod
     def of_tensors(cls, tensors: Mapping[str, Array], settings: Mapping[str, Any]) -> Network:
         """Return the network of what ``tensors()`` and ``settings()`` returned."""
         count = len(tensors) // 2
-        layers = tuple((tensors[f"{i}.weight"], tensors[f"{i}.bias"]) for i in range(count))
+        layers = tuple(
+            Layer(*(tensors[f"{i}.{name}"] for name in Layer._fields)) for i in range(count)
+        )
         return cls(layers, settings["activation"], settings["squashed"])
 
     @classmethod
@@ -98,7 +111,7 @@ class Network:
         else:  # TD3
             modules = list(policy.actor.mu)
         layers = tuple(
-            (_array(module.weight), _array(module.bias))
+            Layer(_array(module.weight), _array(module.bias))
             for module in modules
             if isinstance(module, nn.Linear)
         )

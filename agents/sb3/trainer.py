@@ -1,4 +1,4 @@
-"""Learning: an SB3 algorithm on design sessions, resumable to the bit."""
+"""PolicyTrainer: an SB3 algorithm on design sessions, resumable to the bit."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from pkm_gym.agents.runs.recipe import algorithm_class
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
-from pkm_gym.agents.runs.trainer import Stopped, Teacher, Training
+from pkm_gym.agents.runs.trainer import Course, Stopped, Trainer
 from pkm_gym.agents.sb3.checkpoint import load_checkpoint, save_checkpoint
 from pkm_gym.agents.sb3.network import Network
 
 ACTIVATIONS = {"relu": torch.nn.ReLU, "silu": torch.nn.SiLU, "tanh": torch.nn.Tanh}
 
 
-class Course(Teacher[Network], Protocol):
-    """What an SB3 algorithm learns on."""
+class VecCourse(Course[Network], Protocol):
+    """What an SB3 algorithm is trained on."""
 
     def vec_env(self, n: int) -> VecEnv:
-        """Return n environments to learn on; their state can be saved and restored."""
+        """Return n environments to train on; their state can be saved and restored."""
         ...
 
 
-class Learning(Training[Network]):
+class PolicyTrainer(Trainer[Network]):
     """A run of an SB3 algorithm."""
 
-    lessons: Course
+    course: VecCourse
 
     def train(self, *, resume: bool = False) -> float:
         """Train to the end, from the last checkpoint if ``resume``; return the best score.
@@ -40,7 +40,7 @@ class Learning(Training[Network]):
             ValueError: for a checkpoint that can't be read, or a setting that SB3 refuses.
             Stopped: after ``stop`` said so; the state is kept.
         """
-        model = make_model(self.run, self.lessons)
+        model = make_model(self.run, self.course)
         keeper = Keeper(self)
         if resume:
             self.best = load_checkpoint(model, self.run.folder / CHECKPOINT)["best"]
@@ -51,14 +51,14 @@ class Learning(Training[Network]):
         return self.best
 
 
-def make_model(run: Run, lessons: Course) -> Any:
+def make_model(run: Run, course: VecCourse) -> Any:
     """Return an untrained SB3 model of a run.
 
     Raises:
         ValueError: for a setting that SB3 refuses.
     """
     recipe = run.recipe
-    env = lessons.vec_env(recipe.envs)
+    env = course.vec_env(recipe.envs)
     env.seed(run.seed)
     algorithm = dict(recipe.algorithm)
     rate = algorithm.get("learning_rate")
@@ -82,10 +82,10 @@ def make_model(run: Run, lessons: Course) -> Any:
 class Keeper(BaseCallback):
     """Between rollouts: reports, scores, keeps the state and the best designer, stops."""
 
-    def __init__(self, training: Learning) -> None:
+    def __init__(self, trainer: PolicyTrainer) -> None:
         super().__init__()
-        self.training = training
-        recipe = training.run.recipe
+        self.trainer = trainer
+        recipe = trainer.run.recipe
         self._interval = max(1, recipe.steps // recipe.checkpoints)
 
     def _on_rollout_start(self) -> None:
@@ -93,8 +93,8 @@ class Keeper(BaseCallback):
         before = done - self._last_rollout()
         if done and done // self._interval > before // self._interval:
             self.keep()
-        self.training.report(done, self.training.best)
-        if self.training.stop():
+        self.trainer.report(done, self.trainer.best)
+        if self.trainer.stop():
             self._save()
             raise Stopped
 
@@ -103,14 +103,14 @@ class Keeper(BaseCallback):
 
     def keep(self) -> None:
         """Score the agent and keep the state."""
-        reached = self.training.score(Network.of_model(self.model), self.num_timesteps)
+        reached = self.trainer.score(Network.of_model(self.model), self.num_timesteps)
         self.model.logger.record("validation/score", reached)
         self._save()
-        self.training.scored(reached)
+        self.trainer.scored(reached)
 
     def _save(self) -> None:
-        path = self.training.run.folder / CHECKPOINT
-        save_checkpoint(self.model, path, best=self.training.best)
+        path = self.trainer.run.folder / CHECKPOINT
+        save_checkpoint(self.model, path, best=self.trainer.best)
 
     def _last_rollout(self) -> int:
         """Return how many steps the last rollout had."""

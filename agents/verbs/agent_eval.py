@@ -16,7 +16,8 @@ from pkm_gym.benchmark.record import Cost
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.studies.benchmark.tables import show
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.options import output_option
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import console
 
 
@@ -31,10 +32,7 @@ def command(
     ],
     split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FOLDER", help="Keep the logs there, for `pkm-gym score`."
-        ),
+        Path | None, output_option("Keep the logs there, for `pkm-gym score`.", "FOLDER")
     ] = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")

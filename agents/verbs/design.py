@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
 from pkm_gym.studies.cli.options import JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
@@ -97,7 +97,7 @@ def command(
     answered = answer(designer, problem.task, budget)
     report = _report(answered, problem.task)
     if picture is None and not as_json:
-        picture = Path("runs") / name / "design.png"
+        picture = run_folder(name) / "design.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
@@ -120,9 +120,9 @@ def _report(answered: Answered, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
     problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
-    given = GivenDesign(answered.design, task, _outside(task))
+    given = GivenDesign(problem, answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"
-    return Report(problem, given, problem.evaluate(answered.design[None], task), title)
+    return Report(given, problem.evaluate(answered.design[None], task), title)
 
 
 def _outside(task: Task) -> tuple[str, ...]:

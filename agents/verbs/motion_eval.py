@@ -13,6 +13,7 @@ from pkm_gym.agents.runs.environments import find_spec, is_motion
 from pkm_gym.agents.sb3.motion import load_driver
 from pkm_gym.envs.baselines import BASELINES, Controller, Run, run
 from pkm_gym.envs.motion import MotionEnv
+from pkm_gym.studies.cli.options import SeedOption, json_option, out_option
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
 from pkm_gym.twin.check import random_designs
 
@@ -33,14 +34,11 @@ def command(
     designs: Annotated[
         int, typer.Option(metavar="N", min=0, help="Random feasible designs, after the printed.")
     ] = 0,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the random designs.")] = 0,
+    seed: SeedOption = 0,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", metavar="FILE", help="Draw the errors of those that finish the path."
-        ),
+        Path | None, out_option("Draw the errors of those that finish the path.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: Annotated[bool, json_option()] = False,
 ) -> None:
     """Let baselines and trained agents drive a twin along its path, and score them.
 
@@ -111,10 +109,10 @@ def error_figure(env: MotionEnv, runs: dict[str, Run]) -> Figure:
 
 
 def _controllers(env: MotionEnv, models: list[str]) -> dict[str, Controller]:
-    found: dict[str, Controller] = dict(BASELINES)
+    controllers: dict[str, Controller] = dict(BASELINES)
     if not hasattr(env.rig.twin.mechanism, "inverse_dynamics"):
-        del found["computed-torque"]
-    return found | {Path(model).name: load_driver(model) for model in models}
+        del controllers["computed-torque"]
+    return controllers | {Path(model).name: load_driver(model) for model in models}
 
 
 def _finished(scores: Scores) -> dict[str, Run]:
@@ -126,14 +124,14 @@ def _show(scores: Scores, out: Path | None) -> None:
     heads = ("driver", "finished", "reward", "RMS mm", "peak mm", "force", "ended")
     rows = table(*heads, numbers=heads[1:6])
     for name, runs in scores.items():
-        found = summary(runs)
+        line = summary(runs)
         rows.add_row(
             name,
-            f"{found['finished']}/{found['runs']}",
-            f"{found['mean_reward']:.4f}",
-            *(f"{1e3 * found[error]:.3f}" for error in ("rms_error", "peak_error")),
-            f"{100.0 * found['peak_share']:.0f} %",
-            ", ".join(found["reasons"]),
+            f"{line['finished']}/{line['runs']}",
+            f"{line['mean_reward']:.4f}",
+            *(f"{1e3 * line[error]:.3f}" for error in ("rms_error", "peak_error")),
+            f"{100.0 * line['peak_share']:.0f} %",
+            ", ".join(line["reasons"]),
         )
     screen = console()
     screen.print(rows)

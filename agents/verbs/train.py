@@ -19,19 +19,26 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pkm_gym.agents.runs.course import prepare
+from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.environments import find_spec, is_motion
+from pkm_gym.agents.runs.options import (
+    AlgorithmOption,
+    HyperparametersOption,
+    ParamsOption,
+    PoolOption,
+    StepsOption,
+    ValidationOption,
+)
 from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS, read_recipe
 from pkm_gym.agents.runs.run import BEST, Run
-from pkm_gym.agents.sb3.motion import drives
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.agents.sb3.motion import motion_course
+from pkm_gym.studies.cli.options import SeedOption, output_option
+from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.runner import interruptible
 
 if TYPE_CHECKING:
-    from pkm_gym.agents.runs.trainer import Teacher
-
-RUNS = Path("runs") / "agents"
+    from pkm_gym.agents.runs.trainer import Course
 
 INTERRUPTED = 130  # as the front door says it
 
@@ -44,44 +51,16 @@ def command(
             help="Id of a design or motion environment: PKM/DiamondFamily-v0, my_package:Mine.",
         ),
     ],
-    algo: Annotated[
-        str, typer.Option(metavar="ALGORITHM", help=f"One of {', '.join(ALGORITHMS)}.")
-    ] = "ppo",
-    steps: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, help="Steps in all; as the recipe says if not."),
-    ] = None,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the agent and its tasks.")] = 0,
-    params: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Hyperparameters (TOML) instead of those shipped."),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE ...",
-            help="Hyperparameters: algorithm.gamma=0.9 policy.net_arch=[64,64] "
-            "environment.budget=24 envs=256.",
-        ),
-    ] = None,
-    pool: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Solved tasks to learn on, by `pkm-gym solve-tasks`."),
-    ] = None,
-    validation: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Solved tasks that choose the best agent."),
-    ] = None,
+    algo: AlgorithmOption = "ppo",
+    steps: StepsOption = None,
+    seed: SeedOption = 0,
+    params: ParamsOption = None,
+    set_: HyperparametersOption = None,
+    pool: PoolOption = None,
+    validation: ValidationOption = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FOLDER",
-            help="Of the run; runs/agents/ENV-ALGORITHM-SEED if not said.",
-            show_default=False,
-        ),
+        output_option("Of the run; runs/agents/ENV-ALGORITHM-SEED if not said.", "FOLDER"),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on from the last checkpoint of the folder.")
@@ -97,8 +76,8 @@ def command(
     """
     spec = find_spec(env, motion=True)
     if is_motion(spec) and algo in set(ALGORITHMS) - set(LEARNERS):
-        raise ValueError(f"{spec.id} is learned by one of {', '.join(LEARNERS)}, not by {algo}")
-    folder = output or RUNS / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
+        raise ValueError(f"{spec.id} is trained by one of {', '.join(LEARNERS)}, not by {algo}")
+    folder = output or run_folder("agents") / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())
     screen = console()
@@ -106,26 +85,25 @@ def command(
         run.check()
     else:
         run.write()
-    lessons: Teacher[Any]
+    course: Course[Any]
     if is_motion(spec):
-        lessons = drives(spec, recipe, pool=pool, validation=validation)
+        course = motion_course(spec, recipe, pool=pool, validation=validation)
     else:
-        lessons = prepare(spec.id, recipe, folder, pool=pool, validation=validation)
+        course = design_course(spec.id, recipe, folder, pool=pool, validation=validation)
     import torch
 
-    from pkm_gym.agents.runs.trainer import Stopped
-    from pkm_gym.agents.runs.trainers import training_of
+    from pkm_gym.agents.runs.trainer import Stopped, trainer_for
 
     torch.set_num_threads(threads)
     try:
         with _bar(screen) as bar, interruptible(stop := threading.Event()):
             line = bar.add_task("", total=recipe.steps, score="")
-            training = training_of(run, lessons, partial(_show, bar, line), stop.is_set)
-            best = training.train(resume=resume)
+            trainer = trainer_for(run, course, partial(_show, bar, line), stop.is_set)
+            best = trainer.train(resume=resume)
     except Stopped:
         screen.print(f"kept in {folder}: the same command with --resume goes on", soft_wrap=True)
         raise typer.Exit(INTERRUPTED) from None
-    screen.print(f"best score {best:.4f} on {lessons.goal}")
+    screen.print(f"best score {best:.4f} on {course.goal}")
     screen.print(f"agent: {folder / BEST}", soft_wrap=True)
 
 

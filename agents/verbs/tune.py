@@ -10,8 +10,18 @@ import torch
 import typer
 
 from pkm_gym.agents.runs.environments import find_spec
-from pkm_gym.agents.runs.recipe import ALGORITHMS, read_recipe
+from pkm_gym.agents.runs.options import (
+    AlgorithmOption,
+    HyperparametersOption,
+    ParamsOption,
+    PoolOption,
+    StepsOption,
+    ValidationOption,
+)
+from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.tuning import FRESH, Tuning, count_ended, open_study
+from pkm_gym.studies.cli.options import TrialsOption, output_option
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, section, table
 from pkm_gym.studies.storage.storages import quiet
 from pkm_gym.studies.storage.studies import count_finished
@@ -19,36 +29,17 @@ from pkm_gym.studies.storage.studies import count_finished
 
 def command(
     env: Annotated[str, typer.Argument(metavar="ENV", help="Id of a design environment.")],
-    algo: Annotated[
-        str, typer.Option(metavar="ALGORITHM", help=f"One of {', '.join(ALGORITHMS)}.")
-    ] = "ppo",
-    trials: Annotated[
-        int, typer.Option(metavar="N", min=1, help="How many trials the study shall have.")
-    ] = 20,
-    steps: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Of each training run.")
-    ] = None,
-    params: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Hyperparameters to start from (TOML).")
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE ...", help="Hyperparameters that are kept."),
-    ] = None,
-    pool: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Solved tasks to learn on.")
-    ] = None,
-    validation: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Solved tasks to be scored on.")
-    ] = None,
+    algo: AlgorithmOption = "ppo",
+    trials: TrialsOption = 20,
+    steps: StepsOption = None,
+    params: ParamsOption = None,
+    set_: HyperparametersOption = None,
+    pool: PoolOption = None,
+    validation: ValidationOption = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FOLDER",
-            help="Of the study and its runs; runs/agents/tune-ENV-ALGORITHM if not said.",
-            show_default=False,
+        output_option(
+            "Of the study and its runs; runs/agents/tune-ENV-ALGORITHM if not said.", "FOLDER"
         ),
     ] = None,
 ) -> None:
@@ -59,7 +50,7 @@ def command(
     """
     torch.set_num_threads(1)  # more are slower for nets so small
     spec = find_spec(env)
-    folder = output or Path("runs/agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
+    folder = output or run_folder("agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
     screen = console()

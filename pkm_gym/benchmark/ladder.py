@@ -46,9 +46,11 @@ class Ladder:
 
     def __init__(self, problem: DesignProblem, pool: Pool) -> None:
         drawn = [variable.drawn for variable in problem.task_variables]
-        known, needed = int(pool.solvable.sum()), 2 * (sum(drawn) + 1)
-        if known < needed:
-            raise ValueError(f"the pool has {known} solvable tasks: interpolation needs {needed}")
+        solvable, needed = int(pool.solvable.sum()), 2 * (sum(drawn) + 1)
+        if solvable < needed:
+            raise ValueError(
+                f"the pool has {solvable} solvable tasks: interpolation needs {needed}"
+            )
         self.interpolation = Interpolation(problem, pool)
         self.optima = KnownOptima(problem, pool)
         self._column = np.cumsum(drawn) - 1  # of a task's field among those that are drawn

@@ -113,14 +113,14 @@ def find_method(name: str) -> Method:
     where = METHODS.get(name, name)
     module, _, attribute = where.partition(":")
     try:
-        found = getattr(import_module(module), attribute, None)
+        chosen = getattr(import_module(module), attribute, None)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise
         raise ValueError(f"method {name!r}: there is no module {error.name!r}") from None
-    if type(found) is not Method:
+    if type(chosen) is not Method:
         raise ValueError(
             f"method {name!r}: {module} has no method {attribute!r}, as "
             "pkm_gym.benchmark.method makes one"
         )
-    return found
+    return chosen

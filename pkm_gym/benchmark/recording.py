@@ -98,10 +98,10 @@ class RecordEvaluations(
             raise ValueError(
                 f"the environment's {name} differs from the benchmark's: make it plain"
             )
-        known = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
+        rows_of = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
         episodes: dict[int, list[FloatArray]] = {}
         for task, designs in zip(self._tasks, self._designs, strict=True):
-            row = known.get(task.tobytes())
+            row = rows_of.get(task.tobytes())
             if row is None:
                 raise ValueError(f"{problem.unpack(task)} is not in {split}: use FixedTasks")
             episodes.setdefault(row, designs)
@@ -109,9 +109,9 @@ class RecordEvaluations(
         budget = inner.rules.budget
         designs_of = np.full((len(rows), budget, len(problem.low)), np.nan)
         for i, row in enumerate(rows):
-            found = episodes[int(row)]
-            designs_of[i, : len(found)] = np.reshape(found, (-1, len(problem.low)))
-        how = Setting(
+            episode = episodes[int(row)]
+            designs_of[i, : len(episode)] = np.reshape(episode, (-1, len(problem.low)))
+        setting = Setting(
             problem=name,
             split=split,
             hash=problem.hash(),
@@ -126,5 +126,5 @@ class RecordEvaluations(
         )
         seconds = np.zeros(len(rows))
         return EvaluationLog(
-            how, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations", training
+            setting, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations", training
         )

@@ -60,7 +60,7 @@ def setting(
     Raises:
         ValueError: in one sentence, for an unknown problem, split or method, or a bad number.
     """
-    found = find_method(method)
+    chosen = find_method(method)
     for what, value, least in (
         ("evaluations", evaluations, 1), ("seed", seed, 0), ("pool", pool, 1),
         ("noise", noise, 0), ("delay", delay, 0),
@@ -76,12 +76,12 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_path(name, split)),
         method=method,
-        source=_source(found, name),
-        start=found.start,
-        knowledge=found.knowledge,
+        source=_source(chosen, name),
+        start=chosen.start,
+        knowledge=chosen.knowledge,
         seed=seed,
-        budget=min(evaluations, found.evaluations),
-        pool=pool if found.knowledge == "transfer" else 0,
+        budget=min(evaluations, chosen.evaluations),
+        pool=pool if chosen.knowledge == "transfer" else 0,
         noise=noise,
         delay=delay,
     )
@@ -94,21 +94,21 @@ def _source(method: Method, name: str) -> str:
 
 
 def run(
-    how: Setting,
+    setting: Setting,
     rows: Rows,
     *,
     jobs: int = 1,
-    known: EvaluationLog | None = None,
+    earlier_log: EvaluationLog | None = None,
     keep: Keep = lambda _: None,
     command: str = "pkm_gym.benchmark.run",
 ) -> EvaluationLog:
     """Run a method on tasks of a split.
 
     Args:
-        how: the method and its setting, as ``setting`` returns it.
+        setting: the method and its setting, as ``setting`` returns it.
         rows: array (n,), which tasks of the split.
         jobs: number of processes.
-        known: what an earlier run of the same setting did; its tasks are not repeated.
+        earlier_log: what an earlier run of the same setting did; its tasks are not repeated.
         keep: called with all that is done after every few tasks.
         command: what the log says wrote it.
 
@@ -116,36 +116,36 @@ def run(
         ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
             certified optimum.
     """
-    problem, split = load_split(how.problem, how.split)
-    done = known or _empty(how, problem, command)
+    problem, split = load_split(setting.problem, setting.split)
+    done = earlier_log or _empty(setting, problem, command)
     todo = np.setdiff1d(rows, done.rows)
     chunks = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
-    for part in _parts(how, chunks, jobs):
+    for part in _parts(setting, chunks, jobs):
         regrets(part, problem, split)  # refuses what beats an optimum
         done = done.joined(part)
         keep(done)
     return done.only(np.sort(rows))
 
 
-def _empty(how: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
-    training = find_method(how.method).training
+def _empty(setting: Setting, problem: DesignProblem, command: str) -> EvaluationLog:
+    training = find_method(setting.method).training
     return EvaluationLog(
-        how,
+        setting,
         rows=np.empty(0, dtype=np.int64),
-        designs=np.empty((0, how.budget, len(problem.low))),
+        designs=np.empty((0, setting.budget, len(problem.low))),
         seconds=np.empty(0),
         version=version("pkm_gym"),
         command=command,
-        training=training(how.problem) if training else Cost(),
+        training=training(setting.problem) if training else Cost(),
     )
 
 
-def _parts(how: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLog]:
+def _parts(setting: Setting, chunks: list[Rows], jobs: int) -> Iterator[EvaluationLog]:
     if jobs == 1 or len(chunks) < 2:
-        yield from (_solve(how, rows) for rows in chunks)
+        yield from (_solve(setting, rows) for rows in chunks)
         return
     with _workers(jobs) as executor:
-        for future in as_completed([executor.submit(_solve, how, rows) for rows in chunks]):
+        for future in as_completed([executor.submit(_solve, setting, rows) for rows in chunks]):
             yield future.result()
 
 
@@ -177,39 +177,39 @@ class _Prepared(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _prepared(name: str, split: str, method: str, known: int) -> _Prepared:
+def _prepared(name: str, split: str, method: str, pool_size: int) -> _Prepared:
     problem, tasks = load_split(name, split)
-    found = find_method(method)
-    pool = load_split(name, "train")[1].first(known)
-    return _Prepared(problem, tasks, found, found.prepare(problem, pool))
+    chosen = find_method(method)
+    pool = load_split(name, "train")[1].first(pool_size)
+    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, pool))
 
 
-def _solve(how: Setting, rows: Rows) -> EvaluationLog:
+def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
     """Run the method on some tasks."""
-    prepared = _prepared(how.problem, how.split, how.method, how.pool)
-    log = _empty(how, prepared.problem, "")
+    prepared = _prepared(setting.problem, setting.split, setting.method, setting.pool)
+    log = _empty(setting, prepared.problem, "")
     d = len(prepared.problem.low)
-    designs = np.full((len(rows), how.budget, d), np.nan)
+    designs = np.full((len(rows), setting.budget, d), np.nan)
     seconds = np.empty(len(rows))
     with threadpool_limits(limits=1):  # sums of matrices keep their order
         for i, row in enumerate(rows):
             began = time.perf_counter()
-            found = _search(how, prepared, int(row))
+            evaluated = _search(setting, prepared, int(row))
             seconds[i] = time.perf_counter() - began
-            designs[i, : len(found)] = found
-    return EvaluationLog(how, rows, designs, seconds, log.version, log.command)
+            designs[i, : len(evaluated)] = evaluated
+    return EvaluationLog(setting, rows, designs, seconds, log.version, log.command)
 
 
-def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
+def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
     """Return the designs (count, d) that the method evaluates on a task."""
     evaluator = Evaluator(
         prepared.problem,
         prepared.split.tasks[row],
-        budget=how.budget,
+        budget=setting.budget,
         start=prepared.split.starts[row] if prepared.method.start == "given" else None,
-        seed=[how.seed, row],
-        noise=how.noise,
-        delay=how.delay,
+        seed=[setting.seed, row],
+        noise=setting.noise,
+        delay=setting.delay,
     )
     try:
         prepared.search(evaluator)
@@ -217,7 +217,7 @@ def _search(how: Setting, prepared: _Prepared, row: int) -> FloatArray:
         pass
     except Exception as error:
         raise ValueError(
-            f"{how.method} failed on {how.split} task {row} after {evaluator.count} evaluations: "
-            f"{type(error).__name__}: {error}"
+            f"{setting.method} failed on {setting.split} task {row} after {evaluator.count} "
+            f"evaluations: {type(error).__name__}: {error}"
         ) from error
     return evaluator.designs

@@ -53,8 +53,8 @@ def regrets(log: EvaluationLog, problem: DesignProblem, split: Pool) -> FloatArr
     rows = log.rows[split.solvable[log.rows]]
     log_merit, feasible = _measured(log.only(rows), problem, split)
     optima = problem.evaluate(split.designs[rows], split.tasks[rows]).log_merit
-    found = np.where(feasible, log_merit, np.inf) - optima[:, None]
-    lowest: FloatArray = np.minimum.accumulate(found, axis=1)
+    behind = np.where(feasible, log_merit, np.inf) - optima[:, None]
+    lowest: FloatArray = np.minimum.accumulate(behind, axis=1)
     if (lowest[:, -1] < -CERTAINTY).any():
         i = int(lowest[:, -1].argmin())
         raise ValueError(
@@ -73,8 +73,8 @@ def violations(log: EvaluationLog, problem: DesignProblem, split: Pool) -> Float
     """
     rows = log.rows[~split.solvable[log.rows]]
     log_merit, _ = _measured(log.only(rows), problem, split)
-    known = problem.evaluate(split.designs[rows], split.tasks[rows]).log_merit
-    lowest: FloatArray = np.minimum.accumulate(log_merit - known[:, None], axis=1)
+    least = problem.evaluate(split.designs[rows], split.tasks[rows]).log_merit
+    lowest: FloatArray = np.minimum.accumulate(log_merit - least[:, None], axis=1)
     return lowest
 
 

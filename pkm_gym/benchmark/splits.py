@@ -115,11 +115,11 @@ def load_split(name: str, split: str) -> tuple[DesignProblem, Pool]:
     path = split_path(name, split)
     if not path.exists():
         raise ValueError(f"{name} has no split {split} yet: make it with `pkm-gym splits {name}`")
-    known, found = manifest().get(path.name), sha256(path)
-    if known is None or known.sha256 != found:
-        wanted = known.sha256[:12] if known else "none"
+    entry, actual = manifest().get(path.name), sha256(path)
+    if entry is None or entry.sha256 != actual:
+        wanted = entry.sha256[:12] if entry else "none"
         raise ValueError(
-            f"{str(path)!r} was changed (sha256 {found[:12]}, expected {wanted}): "
+            f"{str(path)!r} was changed (sha256 {actual[:12]}, expected {wanted}): "
             f"restore it, or make it again with `pkm-gym splits {name}`"
         )
     return problem, Pool.load(path, problem)

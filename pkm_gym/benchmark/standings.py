@@ -118,22 +118,25 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
 
 
 def _entry(logs: Sequence[EvaluationLog]) -> Entry:
-    how = logs[0].setting
-    problem, split = load_split(how.problem, how.split)
-    if (how.hash, how.sha256) != (problem.hash(), sha256(split_path(how.problem, how.split))):
+    setting = logs[0].setting
+    problem, split = load_split(setting.problem, setting.split)
+    if (setting.hash, setting.sha256) != (
+        problem.hash(),
+        sha256(split_path(setting.problem, setting.split)),
+    ):
         raise ValueError(
-            f"the log of {how.method} belongs to another version of {how.problem} or its "
-            f"{how.split} split: run it again"
+            f"the log of {setting.method} belongs to another version of {setting.problem} or its "
+            f"{setting.split} split: run it again"
         )
     rows = logs[0].rows
     for log in logs:
         if not np.array_equal(log.rows, rows):
             raise ValueError(
-                f"the seeds of {how.method} were run on different tasks ({len(rows)} with seed "
-                f"{how.seed}, {len(log)} with seed {log.setting.seed}): run them again"
+                f"the seeds of {setting.method} were run on different tasks ({len(rows)} with seed "
+                f"{setting.seed}, {len(log)} with seed {log.setting.seed}): run them again"
             )
     return Entry(
-        setting=how,
+        setting=setting,
         rows=rows[split.solvable[rows]],
         regret=np.array([regrets(log, problem, split) for log in logs]),
         violation=np.array([violations(log, problem, split) for log in logs]),

@@ -1,9 +1,8 @@
-"""The one way to compile a kernel: flags, cache folder, threading layer.
+"""The one way to compile a kernel: flags, cache, threading layer.
 
 numba's defaults are wrong for a library in three ways, all settled here:
 
-* the cache of a caller survives a change of its callee in another file, so the cache folder is
-  keyed by a hash of every kernel source;
+* the cache of a caller survives a change of its callee in another file: see ``cache``;
 * the ``workqueue`` threading layer aborts when two Python threads enter it and GNU OpenMP kills a
   forked child, so the layer is oneTBB from PyPI, which numba finds in a virtual environment only
   after the library has been loaded by hand; without it, parallel calls take turns;
@@ -13,7 +12,6 @@ numba's defaults are wrong for a library in three ways, all settled here:
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
 import sys
 import threading
@@ -25,42 +23,22 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-import platformdirs
 from numba.core import event
+
+from pkm_gym.core import cache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 config: Any = numba.config
 njit: Any = numba.njit
 
-# No "nnan" and no "ninf": a kernel may meet NaN and infinity and must answer for them.
-FLAGS = {"nsz", "contract", "reassoc", "arcp"}
+# No "nnan" and no "ninf": a kernel may meet NaN and infinity and must answer for them. No "reassoc"
+# and no "contract": of two kernels that hold the same helper, compiled with each, the process uses
+# the copy that it loaded first, so that the last bits would depend on what was called before.
+FLAGS = {"nsz", "arcp"}
 
 # Below this much work, in microseconds, starting threads costs more than it saves.
 SERIAL_WORK = 200.0
-
-
-def _source_hash() -> str:
-    package = Path(__file__).parent.parent
-    digest = hashlib.sha256()
-    for folder in ("core", "mechanisms"):
-        for source in sorted((package / folder).rglob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _cache_folder() -> str | None:
-    """Return a writable folder for compiled kernels, or None where there is none."""
-    root = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("pkm_gym")
-    folder = Path(root) / f"kernels-{_source_hash()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".writable-{os.getpid()}"
-        probe.touch()
-        probe.unlink()
-    except OSError:
-        return None
-    return str(folder)
 
 
 def _load_tbb() -> bool:
@@ -74,9 +52,10 @@ def _load_tbb() -> bool:
     return False
 
 
-CACHE_FOLDER = _cache_folder()
-if "NUMBA_THREADING_LAYER" not in os.environ:
-    config.THREADING_LAYER = "tbb" if _load_tbb() else "workqueue"
+_asked = os.environ.get("NUMBA_THREADING_LAYER")
+_loaded = _asked not in ("workqueue", "omp") and _load_tbb()
+if _asked is None:
+    config.THREADING_LAYER = "tbb" if _loaded else "workqueue"
 _THREAD_SAFE = config.THREADING_LAYER in ("tbb", "safe", "threadsafe", "omp")
 _turn = nullcontext() if _THREAD_SAFE else threading.Lock()
 
@@ -84,17 +63,12 @@ _turn = nullcontext() if _THREAD_SAFE else threading.Lock()
 class _Announcer(event.Listener):
     """Says once per process, on stderr, that kernels are being compiled."""
 
-    def __init__(self) -> None:
-        self._said = False
-
     def on_start(self, event: Any) -> None:
-        module = event.data["dispatcher"].py_func.__module__
-        if not self._said and module.startswith("pkm_gym."):
-            self._said = True
+        if isinstance(getattr(event.data["dispatcher"], "_cache", None), cache.KernelCache):
             kept = (
-                "once per machine" if CACHE_FOLDER else "no writable cache folder: at every start"
+                "once per machine" if cache.folder() else "no writable cache folder: at every start"
             )
-            print(f"pkm_gym: compiling kernels ({kept}) ...", file=sys.stderr, flush=True)
+            cache.say_once(f"compiling kernels ({kept}) ...")
 
     def on_end(self, event: Any) -> None:
         pass
@@ -104,18 +78,8 @@ event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]  
 
 
 def _jit(function: F, **options: bool) -> F:
-    before = config.CACHE_DIR
-    config.CACHE_DIR = CACHE_FOLDER or before
-    try:
-        compiled: F = njit(
-            cache=CACHE_FOLDER is not None,
-            fastmath=FLAGS,
-            error_model="numpy",
-            nogil=True,
-            **options,
-        )(function)
-    finally:
-        config.CACHE_DIR = before
+    compiled: Any = njit(fastmath=FLAGS, error_model="numpy", nogil=True, **options)(function)
+    compiled._cache = cache.KernelCache(compiled)  # what numba's ``cache=True`` sets, but ours
     return compiled
 
 
@@ -147,15 +111,8 @@ class BatchKernel:
     """
 
     def __init__(self, function: FunctionType) -> None:
-        # numba's cache tells two kernels apart by name, not by flags: the parallel one is a copy
-        # of another name.
-        copy = FunctionType(
-            function.__code__, function.__globals__, function.__name__ + "_parallel"
-        )
-        copy.__qualname__ = function.__qualname__ + "_parallel"
-        copy.__module__ = function.__module__
         self.serial = _jit(function)
-        self.parallel = _jit(copy, parallel=True)
+        self.parallel = _jit(function, parallel=True)
 
     def __call__(self, work: float, *arguments: Any) -> None:
         """Run on ``arguments``; ``work`` is the estimated serial time in microseconds."""

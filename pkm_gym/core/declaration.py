@@ -27,6 +27,7 @@ class Objective:
         worst: no feasible design of a legal task reaches it; from the calibration if not given.
         scale: the index at a task's optimum, about; from the calibration if not given.
         powers: task field -> power with which the scale goes.
+        rates: task field -> rate with which its logarithm goes, for fields that may be 0.
         offset: what is added to the index in merit, for one that can be 0 or negative.
         unit: of the index.
     """
@@ -36,6 +37,7 @@ class Objective:
     worst: float = nan
     scale: float = nan
     powers: Mapping[str, float] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict)
     offset: float = 0.0
     unit: str = ""
 
@@ -74,6 +76,7 @@ class Declaration:
         searches: how many searches of a task must agree before its optimum is certified.
         splits: split -> number of tasks.
         notes: standing warnings that hold for every design.
+        measured: whether the penalty's weight is not declared but that of the calibration.
     """
 
     name: str
@@ -96,6 +99,7 @@ class Declaration:
     searches: int = 2
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
+    measured: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself, and fill in units and the environment's name.
@@ -130,7 +134,11 @@ class Declaration:
         known = calibration(self.package, self.name)
         weight = known.get("penalty_weight", PENALTY_WEIGHT)
         if isnan(self.penalty_weight):
+            object.__setattr__(self, "measured", True)
             object.__setattr__(self, "penalty_weight", float(weight))
+            if not known:
+                note = f"merit is not calibrated: `pkm-gym calibrate {self.name}` does it"
+                object.__setattr__(self, "notes", (*self.notes, note))
         filled = []
         for o in self.objectives:
             said = known.get("objectives", {}).get(o.name, {})
@@ -141,6 +149,7 @@ class Declaration:
                     worst=said.get("worst", o.sign * WORST) if isnan(o.worst) else o.worst,
                     scale=said.get("scale", SCALE) if isnan(o.scale) else o.scale,
                     powers=o.powers or said.get("powers", {}),
+                    rates=o.rates or said.get("rates", {}),
                 )
             )
         object.__setattr__(self, "objectives", tuple(filled))

@@ -69,6 +69,7 @@ def judge(
     unreached: FloatArray,
     scales: FloatArray,
     powers: FloatArray,
+    rates: FloatArray,
     limits: FloatArray,
     objective: int,
     sign: float,
@@ -83,9 +84,10 @@ def judge(
 
     ``table`` (n, indices), ``own`` (n, own limits), ``unreached`` (n,) and ``scales`` (n,) are what
     the mechanism's kernel filled; each scale is multiplied with the task's fields to the ``powers``
-    (m,). ``limits`` (c, 8) are records of ``limit.LIMIT``, ``objective`` is a column of the table,
-    ``sign`` +1 or -1. Where the first of the own limits,
-    the dimensions, is broken, nothing else is defined; what is NaN counts as 1 + ``unreached``.
+    (m,), and with the exponential of them times the ``rates`` (m,). ``limits`` (c, 8) are records
+    of ``limit.LIMIT``, ``objective`` is a column of the table, ``sign`` +1 or -1. Where the first
+    of the own limits, the dimensions, is broken, nothing else is defined; what is NaN counts as
+    1 + ``unreached``.
     """
     for i in numba.prange(constraints.shape[0]):
         task = tasks[own_row(i, tasks.shape[0])]
@@ -116,6 +118,8 @@ def judge(
         for k in range(powers.shape[0]):
             if powers[k] != 0.0:
                 scale *= task[k] ** powers[k]
+            if rates[k] != 0.0:
+                scale *= math.exp(rates[k] * task[k])
         ratio = value / scale if sign > 0.0 else scale / value
         log_merits[i] = log_merit(ratio, weight * penalty, unreached[i])
         feasible[i] = inside

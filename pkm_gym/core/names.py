@@ -1,9 +1,11 @@
-"""Unknown names are answered with the closest match."""
+"""Names: unknown ones are answered with the closest match, "module:attribute" is imported."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib import import_module
+from typing import Any
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:
@@ -24,3 +26,9 @@ def check_known(kind: str, names: Iterable[object], known: Iterable[str]) -> Non
     for name in names:
         if name not in allowed:
             raise ValueError(unknown(kind, name, allowed))
+
+
+def imported(where: str) -> Any:
+    """Return what is named "module:attribute", its module imported now."""
+    module, _, attribute = where.partition(":")
+    return getattr(import_module(module), attribute)

@@ -41,10 +41,11 @@ def limb(
     """
     dx, dy = x - side * e, y
     d2 = dx * dx + dy * dy
-    p = 0.5 * (1.0 + (l1 * l1 - l2 * l2) / d2)
-    q = side * math.sqrt(l1 * l1 / d2 - p * p)
+    inverse = 1.0 / d2
+    p = 0.5 + 0.5 * (l1 * l1 - l2 * l2) * inverse
+    q = side * math.sqrt(l1 * l1 * inverse - p * p)
     ax, ay = p * dx - q * dy, p * dy + q * dx
-    s = -q * d2 / (l1 * l2)
+    s = q * d2 * (-1.0 / (l1 * l2))
     return ax / l1, ay / l1, (dx - ax) / l2, (dy - ay) / l2, s
 
 
@@ -65,7 +66,7 @@ def conditioning(
     sin2_1, sin2_2 = s1 * s1, s2 * s2
     row1, row2 = 1.0 / sin2_1, 1.0 / sin2_2
     larger, smaller = squared_singular_values(
-        row1, row2, cos_alpha / (s1 * s2), sin2_alpha * row1 * row2
+        row1, row2, cos_alpha * s1 * s2 * row1 * row2, sin2_alpha * row1 * row2
     )
     return larger, smaller, sin_alpha, sin2_1, sin2_2
 

@@ -102,7 +102,10 @@ class DesignProblem(ABC):
         fields = self.task_type.names()
         self._limits = packed(self.declared.constraints, own, indices, variables, fields)
         self.scale = self.objectives[0].scale
-        self._powers = np.array([self.objectives[0].powers.get(name, 0.0) for name in fields])
+        self._powers, self._rates = (
+            np.array([goes.get(name, 0.0) for name in fields])
+            for goes in (self.objectives[0].powers, self.objectives[0].rates)
+        )
 
     # What a mechanism supplies ------------------------------------------------------------------
 
@@ -193,9 +196,9 @@ class DesignProblem(ABC):
         log_merit, feasible = np.empty(n), np.empty(n, dtype=np.bool_)
         first = self.objectives[0]
         merit.judge(
-            0.03 * n, full, tasks, *rows, self._powers, self._limits, self.objective_columns[0],
-            first.sign, first.offset, self.declared.penalty_weight, constraints, defined, log_merit,
-            feasible,
+            0.03 * n, full, tasks, *rows, self._powers, self._rates, self._limits,
+            self.objective_columns[0], first.sign, first.offset, self.declared.penalty_weight,
+            constraints, defined, log_merit, feasible,
         )  # fmt: skip
         return Evaluation(
             self, designs, tasks, rows.table, constraints, defined, rows.unreached, feasible,

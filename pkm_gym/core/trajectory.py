@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pkm_gym.core.compile import kernel
+from pkm_gym.core.compile import formula, kernel
 from pkm_gym.core.types import FloatArray
 
 
@@ -21,7 +21,7 @@ def polynomial_345(rho: float) -> tuple[float, float, float]:
     return s, rate, bend
 
 
-@kernel
+@formula
 def pick_and_place_durations(
     width: float, lift: float, time: float, overlap: float
 ) -> tuple[float, float]:
@@ -35,7 +35,7 @@ def pick_and_place_durations(
     return k * traverse, traverse
 
 
-@kernel
+@formula
 def pick_and_place(
     t: float, width: float, lift: float, time: float, overlap: float
 ) -> tuple[float, float, float, float, float, float]:

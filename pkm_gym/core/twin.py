@@ -9,13 +9,15 @@ control is the wanted value less the one of the pose that the twin was built at,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
 
+from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.types import FloatArray
 
 COLORS: dict[str, tuple[tuple[float, float, float], float, float]] = {  # rgb, specular, reflectance
@@ -70,6 +72,61 @@ class Course(NamedTuple):
         """Return the same motion, ``factor`` times as fast."""
         faster = None if self.accelerations is None else factor**2 * self.accelerations
         return Course(self.duration / factor, self.poses, factor * self.twists, faster)
+
+
+class TwinModule(Protocol):
+    """What the twin.py of a mechanism holds, whose ``twin_module`` names it.
+
+    Where the mechanism has dynamics, ``build_lumped`` beside it returns the model that the dynamics
+    describes.
+    """
+
+    SOLVER: Solver
+
+    def build(self, machine: Any, pose: FloatArray) -> mujoco.MjSpec:
+        """Return the twin assembled at a pose (k,); ValueError where there is none."""
+
+    def coordinates(
+        self, machine: Any, poses: FloatArray, home: FloatArray
+    ) -> Mapping[str, FloatArray]:
+        """Return every joint's values (n, ...) at poses (n, k), by joint, from the home pose on."""
+
+    def frames(self, machine: Any, poses: FloatArray) -> FloatArray:
+        """Return the platform's axes and position as columns (n, 3, 4) at poses (n, k)."""
+
+    def pose(self, machine: Any, frame: FloatArray) -> FloatArray:
+        """Return the pose (k,) of a platform's frame (3, 4)."""
+
+    def margins(self, machine: Any, pose: FloatArray, joints: FloatArray) -> FloatArray:
+        """Return numbers (m,) > 0 in the modes that the machine is assembled in."""
+
+    def draw_poses(self, machine: Any, n: int, generator: np.random.Generator) -> FloatArray:
+        """Return telling poses and n random ones of the workspace (..., k)."""
+
+    def course(self, machine: Any, samples: int = 201, task: Any = None) -> Course:
+        """Return the motion along a task's path, or the default one."""
+
+
+CONTRACT = ("SOLVER", "build", "coordinates", "frames", "pose", "margins", "draw_poses", "course")
+
+
+def twin_module(mechanism: Mechanism) -> TwinModule:
+    """Return the module that builds a mechanism's twin.
+
+    Raises:
+        ValueError: for a mechanism that has none, or a module that lacks part of the contract.
+    """
+    if not mechanism.twin_module:
+        raise ValueError(f"{type(mechanism).__name__} has no MuJoCo twin")
+    module: Any = import_module(mechanism.twin_module)
+    missing = [name for name in CONTRACT if not hasattr(module, name)]
+    if missing:
+        raise ValueError(
+            f"{mechanism.twin_module} lacks {', '.join(missing)}: the module of a twin holds "
+            f"{', '.join(CONTRACT)}"
+        )
+    found: TwinModule = module
+    return found
 
 
 def new_spec(name: str, solver: Solver) -> mujoco.MjSpec:

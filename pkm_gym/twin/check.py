@@ -129,7 +129,7 @@ def _row(twin: Twin, errors: Errors) -> Row:
     at = int(np.argmax(errors.values))
     pose = zip(twin.mechanism.pose_names, errors.poses[at], strict=True)
     return Row(
-        twin.module.__name__.split(".")[-2],
+        twin.mechanism.twin_module.split(".")[-2],
         errors.quantity,
         float(errors.values[at]),
         errors.limit,

@@ -49,6 +49,7 @@ def computed_torque(mechanism: Mechanism) -> Drive:
     step = twin.model.opt.timestep
     samples = 1 + round(twin.module.course(mechanism, 2).duration / step)
     course = twin.module.course(mechanism, samples)
+    assert course.accelerations is not None  # the mechanism has dynamics
     twin.release()
     twin.place(twin.coordinates(course.poses[:1])[0])
     forces, errors = np.empty((samples, len(mechanism.joint_names))), np.empty(samples)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.trajectory import polynomial_345
-from pkm_gym.core.twin import BANDWIDTH
+from pkm_gym.core.twin import BANDWIDTH, twin_module
 from pkm_gym.core.types import FloatArray
 
 RAMP, HOLD = 0.3, 1.5  # s: the servos' way to a pose, and the longest wait there
@@ -25,17 +23,6 @@ class Settled(NamedTuple):
 
     joints: FloatArray
     frame: FloatArray
-
-
-def twin_module(mechanism: Mechanism) -> ModuleType:
-    """Return the module that builds a mechanism's twin.
-
-    Raises:
-        ValueError: for a mechanism that has none.
-    """
-    if not mechanism.twin_module:
-        raise ValueError(f"{type(mechanism).__name__} has no MuJoCo twin")
-    return import_module(mechanism.twin_module)
 
 
 class Twin:
@@ -57,7 +44,8 @@ class Twin:
         self.mechanism = mechanism
         self.home = np.asarray(home, dtype=float)
         self.module = twin_module(mechanism)
-        build = self.module.build_lumped if lumped else self.module.build
+        module: Any = self.module
+        build = module.build_lumped if lumped else module.build
         self.model = build(mechanism, self.home).compile()
         self.data = mujoco.MjData(self.model)
         self.origin, self.tool = (self.model.site(name).id for name in ("origin", "tcp"))

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
-from pkm_gym.core.twin import check_reach
+from pkm_gym.core.twin import check_reach, twin_module
 from pkm_gym.core.types import FloatArray
-from pkm_gym.twin.model import Twin, twin_module
+from pkm_gym.twin.model import Twin
 
 SAMPLES = 601  # of a path, with straight lines between them: 3 micrometres on the Diamond's cycle
 EVERY = 6  # of these samples, where the path's extremes are looked for
@@ -69,6 +69,9 @@ class Rig:
         self.joints = mechanism.inverse_kinematics(course.poses[::EVERY])
         if not np.isfinite(self.joints).all():
             raise ValueError("its path leaves the machine's reach")
+        if not (module.margins(mechanism, course.poses[0], self.joints[0]) > 0.0).all():
+            start = mechanism.place(course.poses[0])
+            raise ValueError(f"its twin can't stand in its assembly mode {start}, the path's start")
         self.twin = Twin(mechanism, course.poses[0])
         self.twin.release()
         self.dt = frame_skip * float(self.twin.model.opt.timestep)

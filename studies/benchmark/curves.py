@@ -139,6 +139,6 @@ def _styled(entries: Sequence[Entry]) -> list[tuple[Entry, dict[str, Any]]]:
 
 
 def _headline(figure: Figure, entries: Sequence[Entry], title: str, note: str) -> None:
-    how = entries[0].setting
+    setting = entries[0].setting
     tasks = max(len(entry.rows) for entry in entries)
-    headline(figure, title, f"{how.problem}, {how.split}: {tasks} tasks; {note}")
+    headline(figure, title, f"{setting.problem}, {setting.split}: {tasks} tasks; {note}")

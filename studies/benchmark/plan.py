@@ -15,7 +15,7 @@ from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
 from pkm_gym.benchmark.run import Rows, run
 from pkm_gym.benchmark.splits import SPLITS
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import counter
 
 Report: TypeAlias = Callable[["Plan", EvaluationLog | None], None]
@@ -25,20 +25,20 @@ Report: TypeAlias = Callable[["Plan", EvaluationLog | None], None]
 class Plan:
     """One run: a setting, its tasks, and the file that keeps it."""
 
-    how: Setting
+    setting: Setting
     rows: Rows
     path: Path
 
 
-def planned(how: Setting, tasks: int, folder: Path) -> Plan:
+def planned(setting: Setting, tasks: int, folder: Path) -> Plan:
     """Return the run of a setting on the first tasks of its split."""
-    most = find_method(how.method).tasks
+    most = find_method(setting.method).tasks
     rows = np.arange(tasks if most is None else min(tasks, most))
-    words = [how.method.replace(":", "."), f"{how.budget}"]
-    words += [f"pool{how.pool}"] if 0 < how.pool < SPLITS["train"] else []
-    words += [f"noise{how.noise:g}"] if how.noise else []
-    words += [f"delay{how.delay:g}"] if how.delay else []
-    return Plan(how, rows, folder / f"{'-'.join((*words, f'seed{how.seed}'))}.npz")
+    words = [setting.method.replace(":", "."), f"{setting.budget}"]
+    words += [f"pool{setting.pool}"] if 0 < setting.pool < SPLITS["train"] else []
+    words += [f"noise{setting.noise:g}"] if setting.noise else []
+    words += [f"delay{setting.delay:g}"] if setting.delay else []
+    return Plan(setting, rows, folder / f"{'-'.join((*words, f'seed{setting.seed}'))}.npz")
 
 
 def run_plans(plans: list[Plan], jobs: int, screen: Console) -> list[EvaluationLog]:
@@ -50,21 +50,23 @@ def run_plans(plans: list[Plan], jobs: int, screen: Console) -> list[EvaluationL
 def _one(plan: Plan, jobs: int, report: Report) -> EvaluationLog:
     """Run what is not done yet; the log is kept as it grows."""
 
-    def keep(log: EvaluationLog) -> None:
-        log.save(plan.path)
-        report(plan, log)
+    def keep(grown: EvaluationLog) -> None:
+        grown.save(plan.path)
+        report(plan, grown)
 
-    known = _known(plan)
-    report(plan, known)
-    return run(plan.how, plan.rows, jobs=jobs, known=known, keep=keep, command=own_command())
+    log = _earlier_log(plan)
+    report(plan, log)
+    return run(
+        plan.setting, plan.rows, jobs=jobs, earlier_log=log, keep=keep, command=own_command()
+    )
 
 
-def _known(plan: Plan) -> EvaluationLog | None:
+def _earlier_log(plan: Plan) -> EvaluationLog | None:
     """Return what an earlier run kept, unless the method or the split has changed since."""
     if not plan.path.exists():
         return None
     log = EvaluationLog.load(plan.path)
-    return log if log.setting == plan.how else None
+    return log if log.setting == plan.setting else None
 
 
 @contextmanager
@@ -75,7 +77,7 @@ def _bar(screen: Console, total: int) -> Iterator[Report]:
 
     def report(plan: Plan, log: EvaluationLog | None) -> None:
         done[plan.path] = len(np.intersect1d(plan.rows, log.rows)) if log else 0
-        progress.update(line, completed=sum(done.values()), description=plan.how.method)
+        progress.update(line, completed=sum(done.values()), description=plan.setting.method)
 
     with progress:
         yield report

@@ -31,8 +31,8 @@ EQUAL = (1, 2, 4, 8, 12, 16, 24)  # evaluations of both
 
 def show(screen: Console, entries: Sequence[Entry]) -> None:
     """Print the standings of a problem's split: one set of tables for each track."""
-    how = entries[0].setting
-    screen.print(section(f"{how.problem}, {how.split}: regret in per cent of the optimum"))
+    setting = entries[0].setting
+    screen.print(section(f"{setting.problem}, {setting.split}: regret in per cent of the optimum"))
     for track in sorted({entry.track for entry in entries}):
         own = [entry for entry in entries if entry.track == track]
         screen.print(section(track))
@@ -121,10 +121,10 @@ def _duels(champion: Entry, others: Sequence[Entry]) -> Any:
     lines = table("than", *heads, numbers=heads)
     own_k = min(SCORED, champion.setting.budget)
     for other in others:
-        found = [compare(champion, own_k, other, k) if other.has(k) else None for k in counts]
+        duels = [compare(champion, own_k, other, k) if other.has(k) else None for k in counts]
         cells = [
             f"{100 * duel.share:.0f} % (>= {100 * duel.low:.0f} %)" if duel else ""
-            for duel in found
+            for duel in duels
         ]
         lines.add_row(other.name, *cells)
     return lines
@@ -173,17 +173,17 @@ def brief(regret: float) -> str:
 def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
     """Yield all figures of each entry, as they go into a file."""
     for entry in entries:
-        how, score = entry.setting, entry.score
+        setting, score = entry.setting, entry.score
         record: dict[str, Any] = {
-            "method": how.method,
-            "start": how.start,
-            "knowledge": how.knowledge,
-            "split": how.split,
+            "method": setting.method,
+            "start": setting.start,
+            "knowledge": setting.knowledge,
+            "split": setting.split,
             "tasks": len(entry.rows),
             "seeds": entry.seeds,
-            "pool": how.pool,
-            "noise": how.noise,
-            "delay": how.delay,
+            "pool": setting.pool,
+            "noise": setting.noise,
+            "delay": setting.delay,
             "score": f"{score.value:.4f}",
             "score_low": f"{score.low:.4f}",
             "score_high": f"{score.high:.4f}",

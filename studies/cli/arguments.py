@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import shlex
-import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.mechanism import Mechanism
@@ -17,7 +14,6 @@ from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
 from pkm_gym.mechanisms import problem_type
-from pkm_gym.studies.storage.storages import redacted
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
@@ -29,14 +25,18 @@ class GivenDesign:
     """A design as the user gave it.
 
     Attributes:
+        problem: whose design it is.
         design: array (d,).
         task: the problem's task, with the fields that the dimensions settle.
         notes: sentences that say what was settled or filled in.
+        names: what the user gave of it; without any it is the printed design.
     """
 
+    problem: DesignProblem
     design: FloatArray
     task: Task
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 def problem_from(
@@ -45,8 +45,6 @@ def problem_from(
     fix: Texts = None,
     range_: Texts = None,
     objective: Sequence[str] | None = None,
-    *,
-    takes_design: bool = False,
     **options: Any,
 ) -> DesignProblem:
     """Make the problem of a verb's arguments.
@@ -57,7 +55,6 @@ def problem_from(
         fix: ``VARIABLE=VALUE``.
         range_: ``VARIABLE=LOW:HIGH``.
         objective: names of objectives, the default one if empty.
-        takes_design: whether ``set_`` may hold a design too, for ``design_from``.
         options: options of the mechanism that ``set_`` overrides.
 
     Raises:
@@ -66,34 +63,33 @@ def problem_from(
     """
     kind = problem_type(name)
     settings = _settings(kind, set_)
-    if settings.design and not takes_design:
-        key = next(iter(settings.design))
+    for key, text in settings.design.items():
         raise ValueError(
-            f"--set {key}={settings.design[key]} is part of a design, and this verb takes none: "
-            "keep a variable at a value with --fix"
+            f"--set {key}={text} is part of a design, and this verb takes none: keep a variable at "
+            "a value with --fix"
         )
-    units = {variable.name: variable.unit for variable in kind.all_variables}
-    fixed, ranges = _assignments("--fix", fix), _assignments("--range", range_)
-    check_known("variable", (*fixed, *ranges), units)
-    for key in fixed.keys() & ranges.keys():
-        raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
-    return kind(
-        task=settings.task,
-        objective=objective or None,
-        fixed={key: parse(text, units[key], what=key) for key, text in fixed.items()},
-        bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
-        **(options | settings.options),
-    )
+    return _problem(kind, settings, fix, range_, objective, options)
 
 
-def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
-    """Return the design in ``set_``: what is not given stays as printed.
+def design_from(
+    name: str,
+    set_: Texts = None,
+    fix: Texts = None,
+    range_: Texts = None,
+    objective: Sequence[str] | None = None,
+    **options: Any,
+) -> GivenDesign:
+    """Return the design in ``set_``, and its problem: what is not given stays as printed.
+
+    The arguments are those of ``problem_from``; ``set_`` may hold variables or dimensions too.
 
     Raises:
-        ValueError: in one sentence, for numbers that make no design, or dimensions that disagree
-            with a task field given beside them.
+        ValueError: in one sentence, as ``problem_from`` does, for numbers that make no design, or
+            dimensions that disagree with a task field given beside them.
     """
-    settings = _settings(type(problem), set_)
+    kind = problem_type(name)
+    settings = _settings(kind, set_)
+    problem = _problem(kind, settings, fix, range_, objective, options)
     units = {variable.name: variable.unit for variable in problem.all_variables}
     derived = problem.derived(problem.printed_design())
     units |= {key: derived[key].unit for key in problem.declared.dimensions}
@@ -108,7 +104,8 @@ def design_from(problem: DesignProblem, set_: Texts = None) -> GivenDesign:
     kept = [key for key in problem.variable_names if key not in values]
     if values and kept:
         notes.append(f"{', '.join(kept)} as printed in the paper")
-    return GivenDesign(problem.design({**printed, **values}), task, tuple(notes))
+    design = problem.design({**printed, **values})
+    return GivenDesign(problem, design, task, tuple(notes), tuple(given))
 
 
 @dataclass(frozen=True)
@@ -140,16 +137,38 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     return settings
 
 
+def _problem(
+    kind: type[DesignProblem],
+    settings: _Settings,
+    fix: Texts,
+    range_: Texts,
+    objective: Sequence[str] | None,
+    options: Mapping[str, Any],
+) -> DesignProblem:
+    units = {variable.name: variable.unit for variable in kind.all_variables}
+    fixed, ranges = _assignments("--fix", fix), _assignments("--range", range_)
+    check_known("variable", (*fixed, *ranges), units)
+    for key in fixed.keys() & ranges.keys():
+        raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
+    return kind(
+        task=settings.task,
+        objective=objective or None,
+        fixed={key: parse(text, units[key], what=key) for key, text in fixed.items()},
+        bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
+        **{**options, **settings.options},
+    )
+
+
 def _assignments(flag: str, texts: Texts) -> dict[str, str]:
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for text in texts or ():
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):
             raise ValueError(f"{flag} {text} says no value: write {flag} {key or 'NAME'}=VALUE")
-        if key in found:
-            raise ValueError(f"{flag} gives {key} twice: {found[key]} and {value}")
-        found[key] = value
-    return found
+        if key in values:
+            raise ValueError(f"{flag} gives {key} twice: {values[key]} and {value}")
+        values[key] = value
+    return values
 
 
 def _interval(name: str, text: str, unit: str) -> tuple[float, float]:
@@ -198,25 +217,7 @@ def _fields(
     return ((items[name], value) for name, value in changes.items())
 
 
-def own_command() -> str:
-    """Return the command line as it was typed, without passwords."""
-    return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))
-
-
 def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[str, ...]]:
     """Return the machine of a design, and how the design was completed."""
-    problem = problem_from(name, set_, takes_design=True)
-    given = design_from(problem, set_)
-    return problem.mechanism(given.design, given.task), given.notes
-
-
-def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
-    """Return where to write, its folder made.
-
-    Raises:
-        ValueError: for a name of another form.
-    """
-    path = out or Path("runs") / name / f"{stem}{forms[0]}"
-    if path.suffix.lower() not in forms:
-        raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
-    return path
+    given = design_from(name, set_)
+    return given.problem.mechanism(given.design, given.task), given.notes

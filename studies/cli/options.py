@@ -3,9 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import typer
+
+
+def out_option(text: str, metavar: str = "FILE") -> Any:
+    """Return the option ``--out``: a picture, a film or a model."""
+    return typer.Option("--out", "-o", metavar=metavar, help=text, show_default=False)
+
+
+def output_option(text: str, metavar: str = "FILE") -> Any:
+    """Return the option ``--output``: results that other verbs read."""
+    return typer.Option("--output", "-o", metavar=metavar, help=text, show_default=False)
+
+
+def study_name_option(text: str) -> Any:
+    """Return the option ``--name``, of a study."""
+    return typer.Option("--name", metavar="STUDY", help=text, show_default=False)
+
+
+def json_option(text: str = "Print JSON.") -> Any:
+    """Return the flag ``--json``."""
+    return typer.Option("--json", help=text)
+
+
+def set_option(text: str) -> Any:
+    """Return the option ``--set``, after which several settings may follow."""
+    return typer.Option("--set", metavar="KEY=VALUE ...", help=text)
+
 
 # Typer reads these where a verb's function is annotated with them. The front door lets several
 # values follow one flag whose metavar holds a "=".
@@ -14,19 +40,13 @@ Name: TypeAlias = Annotated[
 ]
 SetOption: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE ...",
-        help="Task fields (task.payload=1.5kg) and options of the mechanism.",
-    ),
+    set_option("Task fields (task.payload=1.5kg) and options of the mechanism."),
 ]
 DesignOption: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE ...",
-        help="The design, as variables (lam_e=0.6) or dimensions (e=150mm l1=250mm ...); task "
-        "fields (task.payload=1.5kg); options of the mechanism.",
+    set_option(
+        "The design, as variables (lam_e=0.6) or dimensions (e=150mm l1=250mm ...); task fields "
+        "(task.payload=1.5kg); options of the mechanism."
     ),
 ]
 FixOption: TypeAlias = Annotated[
@@ -61,10 +81,7 @@ PictureOption: TypeAlias = Annotated[
     ),
 ]
 JsonOption: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--json", help="Print JSON in SI units only; a picture only if --picture names one."
-    ),
+    bool, json_option("Print JSON in SI units only; a picture only if --picture names one.")
 ]
 
 StorageOption: TypeAlias = Annotated[
@@ -76,9 +93,14 @@ StorageOption: TypeAlias = Annotated[
     ),
 ]
 
-OutOption: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Where it goes.", show_default=False),
+SeedOption: TypeAlias = Annotated[
+    int, typer.Option(metavar="S", min=0, help="Of the random numbers.")
+]
+TrialsOption: TypeAlias = Annotated[
+    int, typer.Option(metavar="N", min=1, help="How many finished trials the study shall have.")
 ]
 WidthOption: TypeAlias = Annotated[int, typer.Option(min=64, max=3840, help="Pixels.")]
 HeightOption: TypeAlias = Annotated[int, typer.Option(min=64, max=2880, help="Pixels.")]
+
+
+OutOption: TypeAlias = Annotated[Path | None, out_option("Where it goes.")]

@@ -17,18 +17,19 @@ from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.files import whole_file
+from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.grid.grid import evaluate_grid
 from pkm_gym.studies.report.rows import Row, markdown, paper_rows, row_of, verdict
 from pkm_gym.studies.search.polish import polish, verified_optimum
 from pkm_gym.studies.search.runner import Runner
-from pkm_gym.studies.search.samplers import called, check_sampler, make_sampler, values_for
+from pkm_gym.studies.search.samplers import check_sampler, make_sampler, values_for
 from pkm_gym.studies.storage.storages import quiet
 
 SAMPLERS = ("tpe", "cmaes", "qmc", "random")
 SLOW = ("gp",)
-AGENTS = "pkm_gym.agents.sb3.comparison:rows"  # of a higher room
+AGENTS = "pkm_gym.agents.sb3.comparison:algorithm_rows"  # of a higher room
 SLOW_EVALUATIONS = 100  # a Gaussian process takes seconds a trial
 EVALUATIONS = 300
 SEEDS = 5
@@ -80,27 +81,27 @@ def compare(
         if number < 1:
             raise ValueError(f"{what} is {number}: it must be at least 1")
     optimum = verified_optimum(problem)
-    known = [problem.printed_design()[None]]
+    starts = [problem.printed_design()[None]]
     rows = paper_rows(problem, optimum)
     if problem.grid() is None:
         rows.append(Row("grid: none printed", None))
     else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
-        known.append(grid.designs[grid.ranking()[:POLISHED]])
-    rows.append(row_of("polished", polish(problem, np.concatenate(known)), 0, optimum))
+        starts.append(grid.designs[grid.ranking()[:POLISHED]])
+    rows.append(row_of("polished", polish(problem, np.concatenate(starts)), 0, optimum))
     runs: dict[str, list[Row]] = {}
     for sampler in SAMPLERS + (SLOW if full else ()):
         number = min(evaluations, SLOW_EVALUATIONS) if sampler in SLOW else evaluations
         runs[sampler] = []
         for seed in range(seeds):
-            found = run(problem, sampler, seed=seed, evaluations=number)
+            best = run(problem, sampler, seed=seed, evaluations=number)
             name = f"{sampler}, seed {seed}"
-            runs[sampler].append(row_of(name, found, 0, optimum, evaluations=number))
+            runs[sampler].append(row_of(name, best, 0, optimum, evaluations=number))
             progress()
     if agents:
-        runs |= called(AGENTS, problem, optimum, seeds, progress)
-    rows += [median(name, found) for name, found in runs.items()]
+        runs |= imported(AGENTS)(problem, optimum, seeds, progress)
+    rows += [median(name, own) for name, own in runs.items()]
     if optimum is not None:
         rows.append(optimum)
     return Comparison(problem, rows, runs, verdict(problem))
@@ -131,10 +132,10 @@ def median(name: str, runs: Sequence[Row]) -> Row:
     feasible = sum(row.feasible == "yes" for row in runs)
     order = sorted(runs, key=lambda row: row.regret if row.feasible == "yes" else np.inf)
     middle = order[(len(runs) - 1) // 2]
-    found = f"{feasible} of {len(runs)}"
+    share = f"{feasible} of {len(runs)}"
     if middle.feasible != "yes":
-        return Row(name, None, evaluations=middle.evaluations, feasible=found)
-    return replace(middle, name=name, feasible=found)
+        return Row(name, None, evaluations=middle.evaluations, feasible=share)
+    return replace(middle, name=name, feasible=share)
 
 
 def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path, Path]:

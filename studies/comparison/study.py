@@ -12,7 +12,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import show
-from pkm_gym.studies.cli.arguments import own_command
+from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import HEAD
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.comparison.compare import save as save_comparison
@@ -27,7 +27,7 @@ from pkm_gym.studies.report.rows import (
 )
 from pkm_gym.studies.search.polish import judged, polish, verified_optimum
 from pkm_gym.studies.search.search import TRIALS, search, search_bar
-from pkm_gym.studies.storage.storages import default_storage, run_folder
+from pkm_gym.studies.storage.storages import default_storage
 
 PICTURE = "design.png"
 
@@ -64,7 +64,7 @@ def study(
     screen.print(grid_line(evaluated))
     screen.print(_step(2, "search with TPE"))
     with search_bar(screen, problem, trials) as report:
-        found = search(
+        result = search(
             problem,
             trials=trials,
             seed=seed,
@@ -72,10 +72,10 @@ def study(
             command=command,
             report=report,
         )
-    if found.stopped:
+    if result.stopped:
         raise KeyboardInterrupt
-    starts.append(found.best.designs[0])
-    screen.print(f"{found.finished} trials in the study {found.study.study_name}")
+    starts.append(result.best.designs[0])
+    screen.print(f"{result.finished} trials in the study {result.study.study_name}")
     screen.print(_step(3, "polish the best design"))
     polished = polish(problem, np.array(starts))
     optimum = verified_optimum(problem)

@@ -14,14 +14,13 @@ from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all_
 
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import problems
+from pkm_gym.studies.cli.runs import RUNS, redacted
 from pkm_gym.studies.storage.storages import (
     JOURNAL,
-    RUNS,
     artifact_folder,
     default_storage,
     open_storage,
     quiet,
-    redacted,
     study_names,
 )
 
@@ -98,9 +97,9 @@ def storages(name: str | None = None, storage: str | None = None) -> list[str]:
         return [default_storage(name)]
     if storage is not None:
         return [storage]
-    found = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
-    if not found:
+    journals = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))
+    if not journals:
         raise ValueError(
             f"there is no study under {str(RUNS.resolve())!r}: `pkm-gym search` makes one"
         )
-    return found
+    return journals

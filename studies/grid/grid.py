@@ -10,18 +10,13 @@ from optuna.distributions import BaseDistribution, FloatDistribution
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import trial_attributes, trial_values
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
 from pkm_gym.studies.grid.designs import STEP, grid_designs, grid_name
 from pkm_gym.studies.search.samplers import constraints_of
-from pkm_gym.studies.storage.storages import (
-    artifact_folder,
-    default_storage,
-    open_storage,
-    quiet,
-    run_folder,
-)
+from pkm_gym.studies.storage.storages import artifact_folder, default_storage, open_storage, quiet
 from pkm_gym.studies.storage.studies import count_finished, open_study
 
 LOGGED = 200  # how many of the best feasible designs the study gets

@@ -26,10 +26,14 @@ from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, HEAD, listing, sectio
 class Report:
     """An evaluated design and all that is said of it."""
 
-    problem: DesignProblem
     given: GivenDesign
     evaluation: Evaluation
     title: str = "a design of your own"
+
+    @property
+    def problem(self) -> DesignProblem:
+        """The problem of the design."""
+        return self.given.problem
 
     @property
     def derived(self) -> dict[str, Dimension]:

@@ -163,9 +163,9 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
 def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
     """Return the rows of the paper, of one evaluated design and of the verified optimum."""
     optimum = recorded_optimum(best.problem)
-    known = optimum_row(optimum) if optimum else None
-    rows = [*paper_rows(best.problem, known), row_of(name, best, 0, known)]
-    return [*rows, known] if known else rows
+    last = optimum_row(optimum) if optimum else None
+    rows = [*paper_rows(best.problem, last), row_of(name, best, 0, last)]
+    return [*rows, last] if last else rows
 
 
 def judged_value(problem: DesignProblem) -> Value | None:

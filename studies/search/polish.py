@@ -54,7 +54,7 @@ def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
 
     Without such a study it is the printed design. The design is an array (1, d).
     """
-    known: dict[str, FloatArray] = {}
+    best: dict[str, FloatArray] = {}
     if not exists(where):
         return "the printed design", problem.printed_design()[None]
     storage = open_storage(where, create=False)
@@ -62,11 +62,12 @@ def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
         study = load_study(study_name=name, storage=storage)
         if stands_for(study, problem) and count_finished(study):
             designs = designs_of(study, problem)
-            known[name] = designs[problem.evaluate(designs).best()]
-    if not known:
+            best[name] = designs[problem.evaluate(designs).best()]
+    if not best:
         return "the printed design", problem.printed_design()[None]
-    best = problem.evaluate(np.array(list(known.values()))).best()
-    return f"the best of the study {list(known)[best]}", list(known.values())[best][None]
+    names, designs = list(best), np.array(list(best.values()))
+    i = problem.evaluate(designs).best()
+    return f"the best of the study {names[i]}", designs[i : i + 1]
 
 
 def judged(polished: Row, optimum: Row | None) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -14,7 +13,7 @@ from optuna.exceptions import ExperimentalWarning
 from optuna.samplers import BaseSampler
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.names import check_known
+from pkm_gym.core.names import check_known, imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import record, trial_attributes, trial_values
 from pkm_gym.core.types import FloatArray
@@ -77,14 +76,8 @@ def sampler_for(
     """
     if name not in HIGHER:
         return make_sampler(name, seed=seed, start=start, worker=worker)
-    sampler: BaseSampler = called(HIGHER[name], problem, seed)
+    sampler: BaseSampler = imported(HIGHER[name])(problem, seed)
     return sampler
-
-
-def called(where: str, *arguments: Any) -> Any:
-    """Return the result of a function that is named "module:function"."""
-    module, _, function = where.partition(":")
-    return getattr(import_module(module), function)(*arguments)
 
 
 def values_for(sampler: str) -> Values:

@@ -25,8 +25,8 @@ TRIALS = 500
 
 
 @dataclass(frozen=True)
-class Found:
-    """What a search found.
+class SearchResult:
+    """What came of a search.
 
     Attributes:
         study: Optuna's study.
@@ -61,7 +61,7 @@ def search(
     worker: int = 0,
     command: str = "",
     report: Report | None = None,
-) -> Found:
+) -> SearchResult:
     """Search until the study has ``trials`` finished trials; a study that exists is resumed.
 
     Args:
@@ -121,7 +121,9 @@ def search(
             addresses = pictures.draw(study.get_trials(deepcopy=False)[trial], best.designs[0])
             write_note(study, best, f"best, trial {trial}", addresses)
             write_graphs(study, problem)
-    return Found(study, best, trial, where, count_finished(study), stopped, version_note(study))
+    return SearchResult(
+        study, best, trial, where, count_finished(study), stopped, version_note(study)
+    )
 
 
 @contextmanager

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from optuna import Study
 
+from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.grid.designs import grid_designs
-from pkm_gym.studies.search.samplers import called
 from pkm_gym.studies.storage.storages import open_storage
 from pkm_gym.studies.storage.studies import designs_of, load_study
 
@@ -35,7 +35,7 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
     elif source == "grid":
         designs = grid_designs(problem)
     elif match := re.fullmatch(r"designer:(\d+)", source):
-        return np.asarray(called(PROPOSALS, problem, int(match[1])))
+        return np.asarray(imported(PROPOSALS)(problem, int(match[1])))
     else:
         designs = designs_of(load_study(open_storage(where, create=False), source), problem)
     inside = designs[((designs >= problem.low) & (designs <= problem.high)).all(axis=1)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,9 +9,9 @@ from pathlib import Path
 import optuna
 from optuna.storages import BaseStorage, JournalStorage, RDBStorage
 
+from pkm_gym.studies.cli.runs import RUNS, redacted, run_folder
 from pkm_gym.studies.storage.journal import Journal
 
-RUNS = Path("runs")
 JOURNAL = "studies.journal"
 ARTIFACTS = "artifacts"
 
@@ -26,11 +25,6 @@ def quiet() -> Iterator[None]:
         yield
     finally:
         optuna.logging.set_verbosity(before)
-
-
-def run_folder(name: str) -> Path:
-    """Return the folder of a problem's results."""
-    return RUNS / name
 
 
 def is_url(where: str) -> bool:
@@ -86,11 +80,6 @@ def _open_database(url: str) -> RDBStorage:
     except Exception as error:  # every database driver raises its own
         reason = str(error).strip().splitlines()[0]
         raise ValueError(f"can't open the storage {redacted(url)!r}: {reason}") from None
-
-
-def redacted(text: str) -> str:
-    """Return a text without the passwords of the URLs in it."""
-    return re.sub(r"(://[^/@:\s]*):[^/\s]*@", r"\1:***@", text)
 
 
 def study_names(storage: BaseStorage) -> list[str]:

@@ -67,7 +67,7 @@ def validate(
     )
 
 
-def scatter(found: Validation) -> Figure:
+def scatter(measured: Validation) -> Figure:
     """Draw the measured peaks over each index."""
     from pkm_gym import plots
 
@@ -75,18 +75,20 @@ def scatter(found: Validation) -> Figure:
     plots.headline(
         figure,
         "Peak motor torque of the simulated machines, against two indices",
-        f"{len(found.peaks)} random feasible designs, the paper's pick-and-place cycle, "
+        f"{len(measured.peaks)} random feasible designs, the paper's pick-and-place cycle, "
         "computed torque, uniform rods",
     )
     for k, name in enumerate(INDICES):
         axes = plots.panel(
             figure,
             (0.075 + 0.5 * k, 0.135, 0.40, 0.62),
-            x=plots.label(name, found.units[name]),
+            x=plots.label(name, measured.units[name]),
             y="measured peak (N·m)",
-            title=f"rank correlation {found.rank(name):.3f}",
+            title=f"rank correlation {measured.rank(name):.3f}",
         )
-        axes.scatter(found.predicted[name], found.peaks, s=9, color=plots.STYLE["rod"], alpha=0.8)
-        if found.units[name] == "N m":
-            axes.axline((found.peaks.min(),) * 2, slope=1.0, color=plots.STYLE["faint"], lw=0.8)
+        axes.scatter(
+            measured.predicted[name], measured.peaks, s=9, color=plots.STYLE["rod"], alpha=0.8
+        )
+        if measured.units[name] == "N m":
+            axes.axline((measured.peaks.min(),) * 2, slope=1.0, color=plots.STYLE["faint"], lw=0.8)
     return figure

@@ -18,8 +18,8 @@ from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
 from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
-from pkm_gym.studies.storage.storages import run_folder
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3
@@ -93,14 +93,14 @@ def command(
     folder = run_folder(name) / "benchmark" / split
     settings = [
         setting(
-            name, split, chosen, seed=seed, evaluations=evaluations, pool=known, noise=noise,
+            name, split, chosen, seed=seed, evaluations=evaluations, pool=size, noise=noise,
             delay=delay,
         )
-        for chosen, known, seed in product(
+        for chosen, size, seed in product(
             method or METHODS, pool or [SPLITS["train"]], range(repeats)
         )
     ]  # fmt: skip
-    plans = [planned(how, number, folder) for how in dict.fromkeys(settings)]
+    plans = [planned(one, number, folder) for one in dict.fromkeys(settings)]
     screen = console()
     try:
         logs = run_plans(plans, jobs, screen)

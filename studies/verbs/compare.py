@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
 from pkm_gym.studies.report.rows import rich_table
-from pkm_gym.studies.storage.storages import run_folder
 
 
 def command(

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
+from pkm_gym.studies.cli.runs import redacted
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.dashboard.server import PORT, serving, storages
-from pkm_gym.studies.storage.storages import redacted
 
 
 def command(

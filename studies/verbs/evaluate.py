@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
-from pkm_gym.studies.cli.arguments import design_from, problem_from
+from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
     DesignOption,
     JsonOption,
@@ -14,6 +13,7 @@ from pkm_gym.studies.cli.options import (
     ObjectiveOption,
     PictureOption,
 )
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
@@ -31,7 +31,7 @@ def command(
     """
     report = _evaluate(name, set_, objective)
     if picture is None and not as_json:
-        picture = Path("runs") / name / "evaluate.png"
+        picture = run_folder(name) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
@@ -42,8 +42,5 @@ def command(
 
 
 def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    problem = problem_from(
-        name, set_, objective=objective, takes_design=True, **declaration(name).reporting
-    )
-    given = design_from(problem, set_)
-    return Report(problem, given, problem.evaluate(given.design[None], given.task))
+    given = design_from(name, set_, objective=objective, **declaration(name).reporting)
+    return Report(given, given.problem.evaluate(given.design[None], given.task))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pkm_gym.core.files import whole_file
-from pkm_gym.studies.cli.arguments import machine_from, output_path
+from pkm_gym.studies.cli.arguments import machine_from
 from pkm_gym.studies.cli.options import DesignOption, Name, OutOption
+from pkm_gym.studies.cli.runs import output_path
 
 MODELS = (".xml",)
 
@@ -19,8 +20,8 @@ def command(name: Name, set_: DesignOption = None, out: OutOption = None) -> Non
     """
     path = output_path(out, name, "twin", MODELS)
     machine, notes = machine_from(name, set_)
+    from pkm_gym.core.twin import twin_module
     from pkm_gym.twin.camera import first_pose
-    from pkm_gym.twin.model import twin_module
 
     spec = twin_module(machine).build(machine, first_pose(machine))
     spec.compile()

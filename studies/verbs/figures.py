@@ -13,6 +13,7 @@ import typer
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problem_type
 from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.runs import run_folder
 
 if TYPE_CHECKING:
     from pkm_gym.plots.pictures import Pictures, Solids
@@ -38,7 +39,7 @@ def command(
     if not drawn:
         raise ValueError(f"{name} has no figures")
     check_known("figure", only or (), drawn)
-    write(name, only or drawn, out or Path("runs") / name / "figures", form)
+    write(name, only or drawn, out or run_folder(name) / "figures", form)
 
 
 def figures_of(name: str) -> tuple[Pictures, Solids]:
@@ -47,10 +48,11 @@ def figures_of(name: str) -> tuple[Pictures, Solids]:
     Raises:
         ValueError: for an unknown problem, with its closest match.
     """
-    package = problem_type(name).__module__.rpartition(".")[0]
+    kind = problem_type(name)
+    package = kind.__module__.rpartition(".")[0]
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
-    return tuple(getattr(figures, kind, {}).get(name, {}) for kind in ("PICTURES", "SOLIDS"))
+    return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in ("PICTURES", "SOLIDS"))
 
 
 def write(name: str, chosen: list[str], folder: Path, form: str) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
     Name,
@@ -15,11 +15,14 @@ from pkm_gym.studies.cli.options import (
     RangeOption,
     SetOption,
     StorageOption,
+    output_option,
+    study_name_option,
 )
+from pkm_gym.studies.cli.runs import own_command, redacted, run_folder
 from pkm_gym.studies.cli.terminal import BAD, console
 from pkm_gym.studies.grid.grid import LOGGED, best_of_grid, grid, grid_line, grid_study_name
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
-from pkm_gym.studies.storage.storages import default_storage, redacted, run_folder
+from pkm_gym.studies.storage.storages import default_storage
 
 
 def command(
@@ -36,22 +39,10 @@ def command(
     storage: StorageOption = None,
     study_name: Annotated[
         str | None,
-        typer.Option(
-            "--name",
-            metavar="STUDY",
-            help="Of the study; NAME-grid, with a step NAME-grid-S, if not said.",
-            show_default=False,
-        ),
+        study_name_option("Of the study; NAME-grid, with a step NAME-grid-S, if not said."),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="The atlas; runs/NAME/grid.nc if not said.",
-            show_default=False,
-        ),
+        Path | None, output_option("The atlas; runs/NAME/grid.nc if not said.")
     ] = None,
     set_: SetOption = None,
     fix: FixOption = None,

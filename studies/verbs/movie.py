@@ -11,8 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from pkm_gym.core.files import whole_file
-from pkm_gym.studies.cli.arguments import machine_from, output_path
+from pkm_gym.studies.cli.arguments import machine_from
 from pkm_gym.studies.cli.options import DesignOption, HeightOption, Name, OutOption, WidthOption
+from pkm_gym.studies.cli.runs import output_path
 from pkm_gym.studies.cli.terminal import console, counter
 
 MOVIES = (".mp4", ".gif")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Annotated
 
@@ -11,7 +10,7 @@ import typer
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.cli.arguments import design_from, problem_from
+from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
     DesignOption,
     FixOption,
@@ -49,11 +48,11 @@ def command(
 
     Example: pkm-gym polish diamond --set lam_e=0.6 lam_l=2.5 gap=0.4
     """
-    problem = problem_from(name, set_, fix, range_, objective, takes_design=True)
-    if _gives_design(problem, set_):
+    given = design_from(name, set_, fix, range_, objective)
+    problem = given.problem
+    if given.names:
         if source is not None:
             raise ValueError(f"--from {source} and a design in --set are two starts: leave one out")
-        given = design_from(problem, set_)
         problem, source = _with_task(problem, given.task), "the design in --set"
         start = given.design[None]
     else:
@@ -80,11 +79,6 @@ def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str,
         if source is None:
             return best_known(problem, where)
         return f"the best of {source}", warm_designs(problem, source, where)
-
-
-def _gives_design(problem: DesignProblem, set_: Iterable[str] | None) -> bool:
-    names = {variable.name for variable in problem.all_variables} | set(problem.declared.dimensions)
-    return any(text.partition("=")[0].strip() in names for text in set_ or ())
 
 
 def _with_task(problem: DesignProblem, task: Task) -> DesignProblem:

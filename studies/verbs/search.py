@@ -8,20 +8,23 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from pkm_gym.studies.cli.arguments import own_command, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
     Name,
     ObjectiveOption,
     RangeOption,
+    SeedOption,
     SetOption,
     StorageOption,
+    TrialsOption,
+    study_name_option,
 )
+from pkm_gym.studies.cli.runs import own_command, redacted
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.samplers import SAMPLERS
-from pkm_gym.studies.search.search import TRIALS, Found, search, search_bar
-from pkm_gym.studies.storage.storages import redacted
+from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
 
 
 def command(
@@ -29,19 +32,11 @@ def command(
     sampler: Annotated[
         str, typer.Option(metavar="SAMPLER", help=f"One of {', '.join(SAMPLERS)}.")
     ] = "tpe",
-    trials: Annotated[
-        int, typer.Option(metavar="N", min=1, help="How many finished trials the study shall have.")
-    ] = TRIALS,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the sampler.")] = 0,
+    trials: TrialsOption = TRIALS,
+    seed: SeedOption = 0,
     storage: StorageOption = None,
     study_name: Annotated[
-        str | None,
-        typer.Option(
-            "--name",
-            metavar="STUDY",
-            help="Of the study; NAME-SAMPLER if not said.",
-            show_default=False,
-        ),
+        str | None, study_name_option("Of the study; NAME-SAMPLER if not said.")
     ] = None,
     set_: SetOption = None,
     fix: FixOption = None,
@@ -77,7 +72,7 @@ def command(
     screen = console()
     began = time.monotonic()
     with search_bar(screen, problem, trials) as report:
-        found = search(
+        result = search(
             problem,
             sampler=sampler,
             trials=trials,
@@ -91,31 +86,31 @@ def command(
             command=own_command(),
             report=report,
         )
-    if found.stopped:
+    if result.stopped:
         screen.print(
-            f"stopped: {found.finished} of {trials} trials are finished and kept; the same "
+            f"stopped: {result.finished} of {trials} trials are finished and kept; the same "
             "command goes on from there",
             soft_wrap=True,
         )
         raise KeyboardInterrupt
-    show(screen, found)
+    show(screen, result)
     screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
 
 
-def show(screen: Console, found: Found) -> None:
+def show(screen: Console, result: SearchResult) -> None:
     """Print what a search found beside the paper's numbers, and where it is."""
-    best, study = found.best, found.study
+    best, study = result.best, result.study
     problem = best.problem
-    rows = rows_beside_paper(best, f"best, trial {found.trial}")
+    rows = rows_beside_paper(best, f"best, trial {result.trial}")
     screen.print(rich_table(problem, rows))
     if not best.feasible[0]:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)
         screen.print(best.explain(0), style=BAD)
     if len(problem.objectives) > 1:
         screen.print(f"{len(study.best_trials)} designs on the Pareto front")
-    if found.note:
-        screen.print(found.note, style=FAINT)
+    if result.note:
+        screen.print(result.note, style=FAINT)
     screen.print(
-        f"study: {study.study_name} in {redacted(found.storage)}, {found.finished} trials",
+        f"study: {study.study_name} in {redacted(result.storage)}, {result.finished} trials",
         soft_wrap=True,
     )

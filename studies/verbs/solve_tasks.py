@@ -12,7 +12,16 @@ import typer
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.arguments import problem_from
-from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.options import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SeedOption,
+    SetOption,
+    output_option,
+)
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.solving import Job, solve
 
@@ -23,18 +32,9 @@ def command(
         int, typer.Option("-n", "--number", metavar="N", min=1, help="How many tasks.")
     ] = 4096,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="The pool; runs/NAME/pool.npz if not said.",
-            show_default=False,
-        ),
+        Path | None, output_option("The pool; runs/NAME/pool.npz if not said.")
     ] = None,
-    seed: Annotated[
-        int, typer.Option(metavar="S", min=0, help="Of the tasks, the starts and the searches.")
-    ] = 0,
+    seed: SeedOption = 0,
     set_: SetOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -46,7 +46,7 @@ def command(
     was.
     """
     problem = problem_from(name, set_, fix, range_, objective)
-    output = output or Path("runs") / name / "pool.npz"
+    output = output or run_folder(name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")
     settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}

@@ -23,7 +23,7 @@ from pkm_gym.benchmark.splits import (
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import make_problem
-from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import console, section
 from pkm_gym.studies.search.solving import Job, solve
 
@@ -39,10 +39,7 @@ def command(
         ),
     ] = None,
     output: Annotated[
-        Path,
-        typer.Option(
-            "-o", "--output", metavar="FOLDER", help="Where the files go; the package by default."
-        ),
+        Path, output_option("Where the files go; the package by default.", "FOLDER")
     ] = FOLDER,
 ) -> None:
     """Make the benchmark's splits of a problem: its tasks, starts and certified optima.

@@ -5,11 +5,19 @@ from __future__ import annotations
 import time
 from typing import Annotated
 
-import typer
 from rich.text import Text
 
 from pkm_gym.studies.cli.arguments import problem_from
-from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.options import (
+    FixOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SeedOption,
+    SetOption,
+    TrialsOption,
+    study_name_option,
+)
 from pkm_gym.studies.cli.terminal import BAD, HEAD, console
 from pkm_gym.studies.comparison.study import study, summary
 from pkm_gym.studies.search.search import TRIALS
@@ -17,18 +25,11 @@ from pkm_gym.studies.search.search import TRIALS
 
 def command(
     name: Name,
-    trials: Annotated[
-        int, typer.Option(metavar="N", min=1, help="How many trials the search shall have.")
-    ] = TRIALS,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Of the search.")] = 0,
+    trials: TrialsOption = TRIALS,
+    seed: SeedOption = 0,
     study_name: Annotated[
         str | None,
-        typer.Option(
-            "--name",
-            metavar="STUDY",
-            help="What the names of its studies begin with; NAME if not said.",
-            show_default=False,
-        ),
+        study_name_option("What the names of its studies begin with; NAME if not said."),
     ] = None,
     set_: SetOption = None,
     fix: FixOption = None,

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from pkm_gym.core.names import check_known
 from pkm_gym.mechanisms import make_problem, problems
+from pkm_gym.studies.cli.options import SeedOption, json_option
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
 
 if TYPE_CHECKING:
@@ -33,8 +34,8 @@ def command(
     designs: Annotated[
         int, typer.Option(min=0, help="Random feasible designs, beside the printed one.")
     ] = 50,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random designs.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    seed: SeedOption = 0,
+    as_json: Annotated[bool, json_option()] = False,
 ) -> None:
     """Compare the analytic models with their MuJoCo twins, quantity by quantity.
 

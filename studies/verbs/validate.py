@@ -13,7 +13,8 @@ from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import declaration, make_problem
-from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.options import Name, SeedOption, json_option, out_option
+from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
 
@@ -21,20 +22,12 @@ from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, valid
 def command(
     name: Name,
     designs: Annotated[int, typer.Option(min=3, help="Random feasible designs.")] = 200,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random designs.")] = 0,
+    seed: SeedOption = 0,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="FILE",
-            help="The scatter plot (.png, .svg or .pdf); runs/NAME/validate.png if not said.",
-            show_default=False,
-        ),
+        out_option("The scatter plot (.png, .svg or .pdf); runs/NAME/validate.png if not said."),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON; a plot only if --out names one.")
-    ] = False,
+    as_json: Annotated[bool, json_option("Print JSON; a plot only if --out names one.")] = False,
 ) -> None:
     """Compare torque indices with the peak motor torque of simulated machines.
 
@@ -47,16 +40,16 @@ def command(
     screen = Console(stderr=True) if as_json else console()
     with counter(screen, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
-        found = validate(problem, designs, seed, partial(bar.advance, line))
-    path = out or (None if as_json else Path("runs") / name / "validate.png")
+        validation = validate(problem, designs, seed, partial(bar.advance, line))
+    path = out or (None if as_json else run_folder(name) / "validate.png")
     if path is not None:
         from pkm_gym.plots import save
 
-        save(scatter(found), path, dpi=150)
+        save(scatter(validation), path, dpi=150)
     if as_json:
-        print(json.dumps(_content(found), indent=2))
+        print(json.dumps(_content(validation), indent=2))
     else:
-        _show(screen, found)
+        _show(screen, validation)
         print(f"\npicture: {path}")
 
 
@@ -68,16 +61,16 @@ def _problem(name: str) -> DesignProblem:
     return problem
 
 
-def _content(found: Validation) -> dict[str, Any]:
+def _content(validation: Validation) -> dict[str, Any]:
     return {
-        "designs": len(found.peaks),
-        "largest_path_error": float(found.errors.max()),
+        "designs": len(validation.peaks),
+        "largest_path_error": float(validation.errors.max()),
         "indices": {
             name: {
-                "unit": found.units[name],
-                "rank_correlation": found.rank(name),
+                "unit": validation.units[name],
+                "rank_correlation": validation.rank(name),
                 "measured_over_index": dict(
-                    zip(("least", "median", "largest"), found.ratio(name), strict=True)
+                    zip(("least", "median", "largest"), validation.ratio(name), strict=True)
                 ),
             }
             for name in INDICES
@@ -85,14 +78,14 @@ def _content(found: Validation) -> dict[str, Any]:
     }
 
 
-def _show(screen: Console, found: Validation) -> None:
+def _show(screen: Console, validation: Validation) -> None:
     heads = ("index", "unit", "rank correlation", "least", "median", "largest")
     shown = table(*heads, numbers=heads[2:])
     for name in INDICES:
-        ratios = [f"{ratio:.4g}" for ratio in found.ratio(name)]
-        shown.add_row(name, found.units[name], f"{found.rank(name):.4f}", *ratios)
-    screen.print(section(f"Peak motor torque of {len(found.peaks)} twins over their indices"))
+        ratios = [f"{ratio:.4g}" for ratio in validation.ratio(name)]
+        shown.add_row(name, validation.units[name], f"{validation.rank(name):.4f}", *ratios)
+    screen.print(section(f"Peak motor torque of {len(validation.peaks)} twins over their indices"))
     screen.print(shown)
     screen.print(
-        Text(f"largest distance from the path: {1e3 * found.errors.max():.2f} mm", style=FAINT)
+        Text(f"largest distance from the path: {1e3 * validation.errors.max():.2f} mm", style=FAINT)
     )

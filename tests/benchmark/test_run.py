@@ -59,8 +59,8 @@ def test_a_run_goes_on_where_it_was(shipped, own_methods):
     kept = []
     whole = run(how, np.arange(9), keep=kept.append)
     assert [len(log) for log in kept] == [4, 8, 9]
-    same(whole, run(how, np.arange(9), known=kept[0]))
-    same(run(how, np.arange(3)), run(how, np.arange(3), known=whole))
+    same(whole, run(how, np.arange(9), earlier_log=kept[0]))
+    same(run(how, np.arange(3)), run(how, np.arange(3), earlier_log=whole))
 
 
 def test_a_transfer_method_knows_the_pool_and_a_scratch_method_nothing(shipped, own_methods):

@@ -29,7 +29,7 @@ def twins(machines: list[Any]) -> list[Twin]:
 
 
 def name_of(twins: list[Twin]) -> str:
-    return twins[0].module.__name__.split(".")[-2]
+    return twins[0].mechanism.twin_module.split(".")[-2]
 
 
 def test_steps_one_by_one(benchmark: Any, twins: list[Twin]) -> None:

@@ -15,15 +15,15 @@ LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
 
 
 def given(*settings: str, **arguments):
-    problem = problem_from("diamond", settings, takes_design=True, **arguments)
-    return problem, design_from(problem, settings)
+    design = design_from("diamond", settings, **arguments)
+    return design.problem, design
 
 
 def test_no_words_make_the_problem_as_it_comes():
     problem, design = given()
     assert problem.hash() == pkm_gym.make_problem("diamond").hash()
     assert np.array_equal(design.design, problem.printed_design())
-    assert design.notes == ()
+    assert design.notes == design.names == ()
 
 
 def test_words_reach_task_options_fixed_values_bounds_and_objectives():

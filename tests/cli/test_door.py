@@ -146,6 +146,20 @@ def test_a_missing_extra_is_named_with_the_command_that_installs_it(module, word
     )
 
 
+def test_verbs_of_the_models_alone_need_no_extra():
+    verbs = ("list", "evaluate", "figures", "picture", "movie", "export", "validate", "twin_check",
+             "solve_tasks", "splits", "score")  # fmt: skip
+    code = f"""
+import sys
+from importlib import import_module
+sys.modules["optuna"] = None
+for verb in {verbs!r}:
+    import_module(f"pkm_gym.studies.verbs.{{verb}}")
+print("torch" in sys.modules)
+"""
+    assert python("-c", code).stdout == "False\n"
+
+
 @pytest.mark.parametrize(
     "words",
     [
@@ -171,3 +185,16 @@ def test_a_value_without_its_flag_is_refused(refused, verb):
 
     verb(probe)
     assert "(b=2)" in refused("probe", "--set", "a=1", "disc", "b=2")
+
+
+def test_module_in_the_current_folder_is_found(tmp_path):
+    (tmp_path / "mine.py").touch()
+    command = [
+        Path(sys.executable).with_name("pkm-gym"),
+        "benchmark",
+        "diamond",
+        "--method",
+        "mine:x",
+    ]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "mine has no method 'x'" in done.stderr

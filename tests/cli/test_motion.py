@@ -55,5 +55,5 @@ def test_mistakes_are_refused_in_one_sentence(refused):
 
 def test_a_model_is_no_driver(refused, tmp_path):
     sentence = refused("train", "PKM/DiamondMotion-v0", "--algo", "model", "-o", "a")
-    assert "is learned by one of ppo, sac, td3, tqc, not by model" in sentence
+    assert "is trained by one of ppo, sac, td3, tqc, not by model" in sentence
     assert not (tmp_path / "a").exists()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import pkm_gym
 from pkm_gym.core import compile as compiling
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
 
 MACHINE = """
 import numpy as np
@@ -44,38 +48,44 @@ assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 """
 
 
-def run(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done
+# Bit by bit: what a problem says of 2,000 designs, however the kernels came into the process.
+EVALUATE = """
+import pickle, sys, numpy as np, pkm_gym
+from numba.core.dispatcher import Dispatcher
+from pkm_gym.core import compile as compiling
+*problems, out, mode = sys.argv[1:]
+made = [pkm_gym.make_problem(name) for name in problems]
+kernels = {
+    f"{module}.{name}": value
+    for module in sorted(sys.modules) if module.startswith("pkm_gym.")
+    for name, value in vars(sys.modules[module]).items() if isinstance(value, Dispatcher)
+}
+if mode == "helpers first":
+    with open(out + ".signatures", "rb") as file:
+        signatures = pickle.load(file)
+    assert len(signatures) > 30
+    for name, found in signatures.items():
+        for signature in found:
+            kernels[name].compile(signature)
+results = {}
+for name, problem in zip(problems, made):
+    for objective in problem.all_objectives:
+        problem = pkm_gym.make_problem(name, objective=objective.name)
+        rng = np.random.default_rng(11)
+        designs = problem.low + (problem.high - problem.low) * rng.random((2000, len(problem.low)))
+        for way, limit in (("parallel", 0.0), ("serial", np.inf)):
+            compiling.SERIAL_WORK = limit
+            found = problem.evaluate(designs)
+            columns = [*found.indices.values(), *found.constraints.T, found.log_merit]
+            results[f"{name} {objective.name} {way}"] = np.array(columns)
+if mode == "cold":
+    with open(out + ".signatures", "wb") as file:
+        pickle.dump({name: kernel.signatures for name, kernel in kernels.items()}, file)
+np.savez(f"{out} {mode}.npz", **results)
+"""
 
 
-def test_the_cache_folder_changes_with_any_kernel_source(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sources = [tmp_path / name for name in ("core/compile.py", "core/a.py", "mechanisms/b/c.py")]
-    for source in sources:
-        source.parent.mkdir(parents=True, exist_ok=True)
-        source.write_text("x = 1\n", encoding="utf-8")
-    monkeypatch.setattr(compiling, "__file__", str(sources[0]))
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    folders = {compiling._cache_folder()}
-    assert compiling._cache_folder() in folders
-    for source in sources[1:]:
-        source.write_text("x = 2\n", encoding="utf-8")
-        folders.add(compiling._cache_folder())
-    assert len(folders) == 3
-    assert all(Path(str(folder)).is_dir() for folder in folders)
-
-
-def test_kernels_are_compiled_once_and_then_read_from_the_cache(tmp_path: Path) -> None:
+def test_kernels_are_compiled_once_and_then_read_from_the_cache(run: Run, tmp_path: Path) -> None:
     first = run(MACHINE, NUMBA_CACHE_DIR=str(tmp_path))
     assert first.stderr.count("\n") == 1
     assert "compiling kernels (once per machine)" in first.stderr
@@ -83,7 +93,7 @@ def test_kernels_are_compiled_once_and_then_read_from_the_cache(tmp_path: Path) 
 
 
 def test_without_a_writable_cache_folder_kernels_are_compiled_at_every_start(
-    tmp_path: Path,
+    run: Run, tmp_path: Path
 ) -> None:
     (tmp_path / "file").touch()
     for _ in range(2):
@@ -92,20 +102,21 @@ def test_without_a_writable_cache_folder_kernels_are_compiled_at_every_start(
         assert "no writable cache folder: at every start" in done.stderr
 
 
-def test_the_threading_layer_is_the_one_that_survives_threads_and_forks() -> None:
+def test_the_threading_layer_is_the_one_that_survives_threads_and_forks(run: Run) -> None:
     tbb = Path(sys.prefix, "lib", "libtbb.so.12")
     if not tbb.exists():
         pytest.skip("no oneTBB on this machine: calls take turns")
     layer = "import numba; print(numba.threading_layer())"
     assert run(BATCH + layer).stdout.strip() == "tbb"
+    assert run(BATCH + layer, NUMBA_THREADING_LAYER="tbb").stdout.strip() == "tbb"
 
 
 @pytest.mark.parametrize("layer", ["default", "workqueue"])
-def test_two_python_threads_may_call_the_parallel_kernel_at_once(layer: str) -> None:
+def test_two_python_threads_may_call_the_parallel_kernel_at_once(run: Run, layer: str) -> None:
     run(BATCH + THREADS, **({} if layer == "default" else {"NUMBA_THREADING_LAYER": layer}))
 
 
-def test_a_forked_child_can_evaluate() -> None:
+def test_a_forked_child_can_evaluate(run: Run) -> None:
     run(BATCH + FORK)
 
 
@@ -117,3 +128,20 @@ def test_a_batch_kernel_goes_serial_below_the_threshold() -> None:
     kernel(0.9 * compiling.SERIAL_WORK)
     kernel(1.1 * compiling.SERIAL_WORK)
     assert calls == ["serial", "parallel"]
+
+
+@pytest.mark.slow
+def test_results_are_the_same_to_the_bit_whatever_was_loaded_before(
+    run: Run, tmp_path: Path
+) -> None:
+    modes = ("cold", "warm", "helpers first")
+    for mode in modes:
+        arguments = (*pkm_gym.problems(), str(tmp_path / "found"), mode)
+        done = run(EVALUATE, *arguments, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+        assert ("compiling kernels" in done.stderr) == (mode == "cold")
+    cold, *others = (dict(np.load(tmp_path / f"found {mode}.npz")) for mode in modes)
+    for way, expected in cold.items():
+        assert np.isfinite(expected).any(axis=1).all(), f"nothing to compare: {way}"
+        serial = cold[way.replace("parallel", "serial")]
+        for found in (serial, *(other[way] for other in others)):
+            assert found.tobytes() == expected.tobytes(), way

@@ -33,7 +33,8 @@ def scored(
     judged, defined = np.empty((n, c)), np.empty((n, c), dtype=bool)
     merit.judge(
         0.0, np.empty((n, 1)), np.empty((1, 1)), np.array(values)[:, None], own,
-        np.array(unreached), np.full(n, scale), np.zeros(1), packed(names, names, {}, {}, ()), 0,
+        np.array(unreached), np.full(n, scale), np.zeros(1), np.zeros(1),
+        packed(names, names, {}, {}, ()), 0,
         1.0 if minimise else -1.0, 0.0, weight, judged, defined, log_merit, feasible,
     )  # fmt: skip
     assert defined.all()

@@ -10,7 +10,7 @@ import pytest
 import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.dashboard.pictures import Pictures
-from pkm_gym.studies.search.search import Found, search
+from pkm_gym.studies.search.search import SearchResult, search
 
 
 @pytest.fixture
@@ -28,11 +28,11 @@ def undrawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
 
 
 @pytest.fixture
-def searched(request: pytest.FixtureRequest, diamond: DesignProblem) -> Callable[..., Found]:
+def searched(request: pytest.FixtureRequest, diamond: DesignProblem) -> Callable[..., SearchResult]:
     """Search the Diamond at random, unless told otherwise, without pictures."""
     request.getfixturevalue("undrawn")
 
-    def run(problem: DesignProblem = diamond, **arguments: Any) -> Found:
+    def run(problem: DesignProblem = diamond, **arguments: Any) -> SearchResult:
         return search(problem, **{"sampler": "random", "trials": 30, "name": "a", **arguments})
 
     return run

@@ -6,7 +6,7 @@ import math
 
 import numba
 
-from pkm_gym.core.compile import batch_kernel, kernel
+from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import cross2
 from pkm_gym.core.planar import limb
 from pkm_gym.core.trajectory import pick_and_place
@@ -35,7 +35,7 @@ def lumped_inertia(
     return I_A, m, 0.5 * mu1 * l1 * l1 + elbow * l1
 
 
-@kernel
+@formula
 def inverse_dynamics(
     x: float,
     y: float,

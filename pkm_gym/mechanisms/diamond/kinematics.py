@@ -9,7 +9,7 @@ import math
 
 import numba
 
-from pkm_gym.core.compile import batch_kernel, kernel
+from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import dot2
 from pkm_gym.core.planar import arm_angle, limb
 from pkm_gym.core.types import FloatArray
@@ -49,7 +49,7 @@ def _widened(
     return min(low, angle), max(high, angle)
 
 
-@kernel
+@formula
 def limb_hessian(
     x: float, y: float, side: float, e: float, l1: float, l2: float
 ) -> tuple[float, float, float]:

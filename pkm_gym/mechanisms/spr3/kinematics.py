@@ -180,20 +180,26 @@ def tilt_near(
 
     Newton on rho - 2 z h - conj(rho) h^2 - b conj(h)^2 = 0, rho = x + i y, h = hx + i hy.
     """
-    rho, h, before = complex(x, y), complex(hx, hy), math.inf
+    before = math.inf
     for k in range(ITERATIONS):
-        slope, cross = 2.0 * (z + rho.conjugate() * h), 2.0 * b * h.conjugate()
-        rest = rho - (slope - rho.conjugate() * h) * h - b * h.conjugate() ** 2
-        det = abs(slope) ** 2 - abs(cross) ** 2
-        step = (slope.conjugate() * rest - cross * rest.conjugate()) / det
-        size = abs(step)
+        px, py = x * hx + y * hy, x * hy - y * hx  # conj(rho) h
+        slope_x, slope_y = 2.0 * (z + px), 2.0 * py
+        cross_x, cross_y = 2.0 * b * hx, -2.0 * b * hy
+        lever_x, lever_y = 2.0 * z + px, py
+        rest_x = x - lever_x * hx + lever_y * hy - b * (hx * hx - hy * hy)
+        rest_y = y - lever_x * hy - lever_y * hx + 2.0 * b * hx * hy
+        det = slope_x * slope_x + slope_y * slope_y - cross_x * cross_x - cross_y * cross_y
+        dx = slope_x * rest_x + slope_y * rest_y - cross_x * rest_x - cross_y * rest_y
+        dy = slope_x * rest_y - slope_y * rest_x - cross_y * rest_x + cross_x * rest_y
+        dx, dy = dx / det, dy / det
+        size = math.sqrt(dx * dx + dy * dy)
         if not (det > 0.0 and size < 1.0 and size <= CONTRACTION * before):
-            return h.real, h.imag, 0
-        h += step
+            return hx, hy, 0
+        hx, hy = hx + dx, hy + dy
         if size < CONVERGED:
-            return h.real, h.imag, k + 1
+            return hx, hy, k + 1
         before = size
-    return h.real, h.imag, 0
+    return hx, hy, 0
 
 
 @kernel

@@ -122,7 +122,7 @@ def velocity_matrices(
     _turn_matrix(hx, hy, J_c)
 
 
-@kernel
+@formula
 def _turn_matrix(hx: float, hy: float, matrix: FloatArray) -> None:
     for j in range(3):
         x, y, z = turned(hx, hy, matrix[0, j], matrix[1, j], matrix[2, j])

@@ -52,8 +52,8 @@ def played(designer, task) -> tuple[np.ndarray, np.ndarray, dict]:
     return np.array(designs), np.array(merits), info
 
 
-def test_a_session_is_an_episode_of_the_environment(untrained):
-    designer = untrained()
+def test_a_session_is_an_episode_of_the_environment(random_network):
+    designer = random_network()
     tasks = designer.problem.draw_tasks(4, np.random.default_rng(0))
     session = designer.design(tasks)
     assert session.designs.shape == (4, 12, 3)
@@ -66,11 +66,11 @@ def test_a_session_is_an_episode_of_the_environment(untrained):
         np.testing.assert_allclose(session.answer.designs[i], answered, atol=1e-6)
 
 
-def test_a_plan_is_an_episode_of_the_environment_that_jumps(unfitted):
-    problem = unfitted.problem
+def test_a_plan_is_an_episode_of_the_environment_that_jumps(random_planner):
+    problem = random_planner.problem
     env = gym.make("PKM/Diamond-v0", action_mode="absolute")
     env.reset()
-    session = unfitted.design({})
+    session = random_planner.design({})
     for design, merit in zip(session.designs[0], session.merit[0], strict=True):
         place = (design - problem.low) / (problem.high - problem.low)
         info = env.step((2.0 * place - 1.0).astype(np.float32))[-1]
@@ -89,8 +89,8 @@ def test_a_budget_that_it_was_not_trained_for_is_refused(designer, budget):
         designer.design({}, budget=budget)
 
 
-def test_regrets_count_feasible_designs_only(untrained):
-    designer = untrained()
+def test_regrets_count_feasible_designs_only(random_network):
+    designer = random_network()
     session = designer.design(designer.problem.draw_tasks(20, np.random.default_rng(1)))
     regrets = session.regrets(np.zeros(20))
     for i in range(20):
@@ -105,8 +105,8 @@ def test_a_file_gives_the_same_designer(designer, written):
     np.testing.assert_array_equal(again.design({}).designs, designer.design({}).designs)
 
 
-def test_a_file_keeps_the_interpolated_starts(untrained, pool, tmp_path):
-    designer = untrained()
+def test_a_file_keeps_the_interpolated_starts(random_network, pool, tmp_path):
+    designer = random_network()
     starts = Interpolation(designer.problem, pool)
     made = type(designer)(designer.problem, designer.rules, designer.policy, starts)
     write_designer(made, tmp_path / "a.json", ORIGIN, {})
@@ -174,8 +174,8 @@ def test_an_sb3_model_is_not_unpickled_without_trust(tmp_path):
 
 
 def test_an_sb3_model_that_is_trusted_acts_as_itself(small, tmp_path):
-    run, lessons = small("ppo", "environment.free=['lam_e','lam_l','gap']")
-    model = make_model(run, lessons)
+    run, course = small("ppo", "environment.free=['lam_e','lam_l','gap']")
+    model = make_model(run, course)
     path = str(tmp_path / "a.zip")
     model.save(path)
     designer = load_model(path, trust=True, env_id="PKM/Diamond-v0")

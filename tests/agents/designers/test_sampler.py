@@ -69,22 +69,22 @@ def test_a_study_without_our_attributes_is_evaluated_anew(designer):
     np.testing.assert_allclose(designs_of(study), designer.design(TASK).designs[0], atol=1e-6)
 
 
-def test_a_study_of_another_problem_or_task_is_refused(untrained, tmp_path, monkeypatch):
+def test_a_study_of_another_problem_or_task_is_refused(random_network, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     search(pkm_gym.make_problem("diamond"), sampler="random", trials=2, name="a", storage="s")
     study = optuna.load_study(study_name="a", storage=open_storage("s"))
-    study.sampler = DesignerSampler(untrained(), TASK)
+    study.sampler = DesignerSampler(random_network(), TASK)
     with pytest.raises(ValueError, match="of another task than the sampler"):
         study.sampler.infer_relative_search_space(study, study.trials[0])
-    study.sampler = DesignerSampler(untrained("spr3"))
+    study.sampler = DesignerSampler(random_network("spr3"))
     with pytest.raises(ValueError, match="is not of the spr3"):
         study.sampler.infer_relative_search_space(study, study.trials[0])
 
 
-def test_a_plain_study_of_other_variables_is_refused(untrained):
+def test_a_plain_study_of_other_variables_is_refused(random_network):
     study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
     study.optimize(lambda trial: trial.suggest_float("x", 0, 1), n_trials=1)
-    sampler = DesignerSampler(untrained())
+    sampler = DesignerSampler(random_network())
     with pytest.raises(ValueError, match="searches x, not"):
         sampler.infer_relative_search_space(study, study.trials[0])
 

@@ -68,15 +68,17 @@ def test_hope_tries_what_caution_avoids():
     assert merits[1] < merits[0]
 
 
-def test_proposals_stay_in_the_box(unfitted):
-    tasks = unfitted.problem.draw_tasks(3, np.random.default_rng(0))
-    designs = unfitted.design(tasks).designs
-    assert ((designs >= unfitted.problem.low) & (designs <= unfitted.problem.high)).all()
+def test_proposals_stay_in_the_box(random_planner):
+    tasks = random_planner.problem.draw_tasks(3, np.random.default_rng(0))
+    designs = random_planner.design(tasks).designs
+    assert (
+        (designs >= random_planner.problem.low) & (designs <= random_planner.problem.high)
+    ).all()
 
 
-def test_a_design_that_can_not_be_evaluated_ends_nothing(unfitted):
-    problem = unfitted.problem
-    wild = replace(unfitted, starts=Corner(problem.low))
+def test_a_design_that_can_not_be_evaluated_ends_nothing(random_planner):
+    problem = random_planner.problem
+    wild = replace(random_planner, starts=Corner(problem.low))
     assert np.isfinite(wild.design({}).designs).all()
 
 

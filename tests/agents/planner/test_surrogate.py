@@ -11,7 +11,7 @@ import torch
 from pkm_gym.agents.planner.samples import draw
 from pkm_gym.agents.planner.settings import Settings
 from pkm_gym.agents.planner.surrogate import Surrogate, outputs
-from pkm_gym.agents.planner.training import Fit
+from pkm_gym.agents.planner.training import SurrogateTraining
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.core.merit import CAP
 
@@ -79,10 +79,10 @@ def test_an_illegal_setting_is_refused(name, value, sentence):
 
 
 @pytest.fixture(scope="module")
-def fit() -> Fit:
+def training() -> SurrogateTraining:
     problem, pool = load_split("diamond", "val")
     samples = draw(problem, pool.first(40), 32, np.random.default_rng(0))
-    return Fit(
+    return SurrogateTraining(
         problem,
         samples,
         Settings(updates=200, batch_size=64, width=8, pieces=3),
@@ -90,48 +90,48 @@ def fit() -> Fit:
     )
 
 
-def test_samples_show_what_depends_on_what(fit):
-    fields = [v.name for v in fit.problem.task_variables if v.drawn]
-    names = ["merit", *(fit.problem.constraint_names[j] for j in fit.samples.columns)]
+def test_samples_show_what_depends_on_what(training):
+    fields = [v.name for v in training.problem.task_variables if v.drawn]
+    names = ["merit", *(training.problem.constraint_names[j] for j in training.samples.columns)]
     depends = {
         name: {field for field, yes in zip(fields, row, strict=True) if yes}
-        for name, row in zip(names, fit.samples.depends, strict=True)
+        for name, row in zip(names, training.samples.depends, strict=True)
     }
     assert depends["merit"] == {"b", "h_ratio", "payload"}
     assert depends["sigma_max"] == {"h_ratio", "sigma_high"}
 
 
-def test_the_fitted_networks_are_the_surrogates(fit):
-    fit.update()
-    surrogate, samples = fit.surrogate(), fit.samples
+def test_the_trained_networks_are_the_surrogates(training):
+    training.update()
+    surrogate, samples = training.surrogate(), training.samples
     with torch.no_grad():
         inputs = np.c_[np.tile(samples.points[3], (32, 1)), samples.places[3]]
         scaled = (inputs - surrogate.middle) / surrogate.spread
-        made = fit._net(torch.as_tensor(scaled, dtype=torch.float32)).numpy()
+        made = training._net(torch.as_tensor(scaled, dtype=torch.float32)).numpy()
     values = surrogate.pieces(samples.points[3], samples.places[3]).values.max(axis=2)
     np.testing.assert_allclose(values, made * surrogate.scale + surrogate.mean, atol=1e-5)
 
 
-def test_fitting_lowers_the_errors(fit):
-    before = fit.surrogate().errors
-    while fit.done < fit.settings.updates:
-        fit.update()
-    assert (fit.surrogate().errors < 0.8 * before).mean() > 0.5
+def test_training_lowers_the_errors(training):
+    before = training.surrogate().errors
+    while training.done < training.settings.updates:
+        training.update()
+    assert (training.surrogate().errors < 0.8 * before).mean() > 0.5
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])
-def test_a_piece_does_not_speak_alone_where_there_is_a_kink(fit, seed):
+def test_a_piece_does_not_speak_alone_where_there_is_a_kink(training, seed):
     """Without splitting, seed 3 leaves it at one piece."""
-    aside = fit.samples.places - fit.samples.places.mean(axis=(0, 1))
+    aside = training.samples.places - training.samples.places.mean(axis=(0, 1))
     kinked = aside @ [1.0, -2.0, 0.5] + 0.2 * np.abs(aside @ [2.0, 1.0, 0.0])
     samples = replace(
-        fit.samples,
-        columns=fit.samples.columns[:1],
-        told=np.stack([fit.samples.told[..., 0], kinked], axis=2),
-        depends=fit.samples.depends[:2],
+        training.samples,
+        columns=training.samples.columns[:1],
+        told=np.stack([training.samples.told[..., 0], kinked], axis=2),
+        depends=training.samples.depends[:2],
     )
     settings = Settings(updates=400, batch_size=256, width=8, pieces=3, learning_rate=(1e-2, 1e-4))
-    own = Fit(fit.problem, samples, settings, seed)
+    own = SurrogateTraining(training.problem, samples, settings, seed)
     while own.done < settings.updates:
         own.update()
     surrogate = own.surrogate()

@@ -1,4 +1,4 @@
-"""Training a model: its folder, its resumption to the bit, what it makes of its lessons."""
+"""Training a model: its folder, its resumption to the bit, what it makes of its course."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import torch
 
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.planner.planner import Planner
-from pkm_gym.agents.planner.trainer import Fitting
-from pkm_gym.agents.runs.course import prepare
+from pkm_gym.agents.planner.trainer import SurrogateTrainer
+from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.run import BEST, CHECKPOINT, SCORES, Run
 from pkm_gym.agents.runs.trainer import Stopped
@@ -23,7 +23,7 @@ SMALL = ["algorithm.updates=60", "algorithm.batch_size=64", "algorithm.width=8"]
 
 @pytest.fixture(scope="module")
 def pools(tmp_path_factory):
-    """Files of 120 tasks to learn on and of four to be scored on."""
+    """Files of 120 tasks to train on and of four to be scored on."""
     folder = tmp_path_factory.mktemp("pools")
     _, val = load_split("diamond", "val")
     files = folder / "pool.npz", folder / "validation.npz"
@@ -38,15 +38,15 @@ def prepared(pools, tmp_path):
         recipe = read_recipe("model", env_id, settings=[*SMALL, *settings], steps=steps)
         run = Run(env_id, "model", seed, recipe, *pools, tmp_path / folder, "a test")
         run.write()
-        lessons = prepare(env_id, recipe, run.folder, pool=pools[0], validation=pools[1])
-        return run, lessons
+        course = design_course(env_id, recipe, run.folder, pool=pools[0], validation=pools[1])
+        return run, course
 
     return made
 
 
 def test_training_writes_its_folder(prepared):
-    run, lessons = prepared("checkpoints=2")
-    best = Fitting(run, lessons).train()
+    run, course = prepared("checkpoints=2")
+    best = SurrogateTrainer(run, course).train()
     scores = [json.loads(line) for line in (run.folder / SCORES).read_text().splitlines()]
     assert [line["steps"] for line in scores] == [1000, 2000]
     assert max(line["score"] for line in scores) == best
@@ -59,14 +59,14 @@ def test_training_writes_its_folder(prepared):
 @pytest.mark.parametrize("updates", [100, 200])
 def test_a_resumed_run_is_equal_to_the_bit(prepared, updates):
     longer = "algorithm.updates=250"
-    whole, lessons = prepared(longer)
-    Fitting(whole, lessons).train()
-    parts, lessons = prepared(longer, folder="b")
+    whole, course = prepared(longer)
+    SurrogateTrainer(whole, course).train()
+    parts, course = prepared(longer, folder="b")
     stop = iter([False] * (updates // 100 - 1))
     with pytest.raises(Stopped):
-        Fitting(parts, lessons, stop=lambda: next(stop, True)).train()
+        SurrogateTrainer(parts, course, stop=lambda: next(stop, True)).train()
     torch.manual_seed(99)
-    Fitting(parts, lessons).train(resume=True)
+    SurrogateTrainer(parts, course).train(resume=True)
     one, other = (torch.load(r.folder / CHECKPOINT, weights_only=True) for r in (whole, parts))
     for name, weights in one["net"].items():
         assert torch.equal(weights, other["net"][name])
@@ -74,33 +74,33 @@ def test_a_resumed_run_is_equal_to_the_bit(prepared, updates):
 
 
 def test_seeds_differ(prepared):
-    fits = []
+    trainings = []
     for seed in (0, 1):
-        run, lessons = prepared(folder=f"seed-{seed}", seed=seed)
-        fits.append(Fitting(run, lessons).begin())
-    one, other = (fit.surrogate() for fit in fits)
+        run, course = prepared(folder=f"seed-{seed}", seed=seed)
+        trainings.append(SurrogateTrainer(run, course).begin())
+    one, other = (training.surrogate() for training in trainings)
     assert not np.allclose(one.straight, other.straight)
-    assert not np.allclose(fits[0].samples.places, fits[1].samples.places)
+    assert not np.allclose(trainings[0].samples.places, trainings[1].samples.places)
 
 
 def test_without_solved_tasks_it_is_refused(tmp_path):
     recipe = read_recipe("model", "PKM/Diamond-v0", settings=["starts=centre"])
     run = Run("PKM/Diamond-v0", "model", 0, recipe, None, None, tmp_path, "a test")
-    lessons = prepare(run.env_id, recipe, tmp_path, pool=None, validation=None)
-    with pytest.raises(ValueError, match="a model learns from solved tasks: give --pool"):
-        Fitting(run, lessons).train()
+    course = design_course(run.env_id, recipe, tmp_path, pool=None, validation=None)
+    with pytest.raises(ValueError, match="a model is trained on solved tasks: give --pool"):
+        SurrogateTrainer(run, course).train()
 
 
 def test_too_few_steps_are_refused(prepared):
-    run, lessons = prepared(steps=100)
+    run, course = prepared(steps=100)
     with pytest.raises(ValueError, match="steps is 100: 120 solved tasks need at least 240"):
-        Fitting(run, lessons).train()
+        SurrogateTrainer(run, course).train()
 
 
 def test_a_checkpoint_of_another_recipe_is_refused(prepared):
-    run, lessons = prepared()
-    Fitting(run, lessons).train()
-    other, lessons = prepared("algorithm.width=12", folder="b")
+    run, course = prepared()
+    SurrogateTrainer(run, course).train()
+    other, course = prepared("algorithm.width=12", folder="b")
     (run.folder / CHECKPOINT).rename(other.folder / CHECKPOINT)
     with pytest.raises(ValueError, match="belongs to another recipe"):
-        Fitting(other, lessons).train(resume=True)
+        SurrogateTrainer(other, course).train(resume=True)

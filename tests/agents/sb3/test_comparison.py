@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import pkm_gym
-from pkm_gym.agents.sb3.comparison import rows, train_on
+from pkm_gym.agents.sb3.comparison import algorithm_rows, train_on
 from pkm_gym.studies.search.polish import verified_optimum
 
 
@@ -24,7 +24,7 @@ def test_each_algorithm_has_two_rows_a_seed(monkeypatch):
     problem = pkm_gym.make_problem("diamond")
     known = train_on(problem, "ppo", seed=0, steps=400)
     monkeypatch.setattr("pkm_gym.agents.sb3.comparison.train_on", lambda *_, **__: known)
-    found = rows(problem, verified_optimum(problem), 2, lambda: None)
+    found = algorithm_rows(problem, verified_optimum(problem), 2, lambda: None)
     assert list(found) == ["ppo, training", "ppo, trained", "sac, training", "sac, trained"]
     assert all(len(runs) == 2 for runs in found.values())
     assert found["ppo, training"][0].evaluations == known.evaluations

@@ -13,9 +13,9 @@ from pkm_gym.agents.runs.environments import find_spec
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.run import BEST, CHECKPOINT, Run
 from pkm_gym.agents.runs.trainer import Stopped
-from pkm_gym.agents.sb3.motion import drives, load_driver
+from pkm_gym.agents.sb3.motion import load_driver, motion_course
 from pkm_gym.agents.sb3.network import Network
-from pkm_gym.agents.sb3.trainer import Learning, make_model
+from pkm_gym.agents.sb3.trainer import PolicyTrainer, make_model
 from pkm_gym.envs.baselines import random, run
 from pkm_gym.envs.registration import MOTION
 
@@ -33,7 +33,7 @@ def small(tmp_path):
         folder = tmp_path / f"run-{len(list(tmp_path.iterdir()))}"
         made = Run(env_id, "ppo", 3, recipe, None, None, folder, "a test")
         made.write()
-        return made, drives(find_spec(env_id, motion=True), recipe, **files)
+        return made, motion_course(find_spec(env_id, motion=True), recipe, **files)
 
     return prepared
 
@@ -43,13 +43,13 @@ NO_FILES = {"pool": None, "validation": None}
 
 @pytest.mark.parametrize("env_id", MOTION)
 def test_training_writes_a_driver_that_acts_as_the_model_does(small, env_id):
-    made, lessons = small(env_id=env_id, steps=256, **NO_FILES)
-    best = Learning(made, lessons).train()
+    made, course = small(env_id=env_id, steps=256, **NO_FILES)
+    best = PolicyTrainer(made, course).train()
     driver = load_driver(made.folder)
     assert driver.origin.score == best
     env = gym.make(env_id).unwrapped
     assert run(env, driver, seed=0).mean_reward == best
-    model = make_model(made, lessons)
+    model = make_model(made, course)
     seen = model.env.reset()
     expected, _ = model.predict(seen, deterministic=True)
     np.testing.assert_allclose(Network.of_model(model)(seen), expected, atol=1e-6)
@@ -58,14 +58,14 @@ def test_training_writes_a_driver_that_acts_as_the_model_does(small, env_id):
 @pytest.mark.parametrize("rollouts", [1, 2])
 def test_a_resumed_run_is_equal_to_the_bit(small, rollouts):
     torch.set_num_threads(1)
-    whole, lessons = small(**NO_FILES)
-    Learning(whole, lessons).train()
-    broken, lessons = small(**NO_FILES)
+    whole, course = small(**NO_FILES)
+    PolicyTrainer(whole, course).train()
+    broken, course = small(**NO_FILES)
     left = iter([False] * rollouts)
     with pytest.raises(Stopped):
-        Learning(broken, lessons, stop=lambda: next(left, True)).train()
-    _, lessons = small(**NO_FILES)
-    Learning(broken, lessons).train(resume=True)
+        PolicyTrainer(broken, course, stop=lambda: next(left, True)).train()
+    _, course = small(**NO_FILES)
+    PolicyTrainer(broken, course).train(resume=True)
     one, other = (torch.load(r.folder / CHECKPOINT, weights_only=True) for r in (whole, broken))
     assert one["counters"] == other["counters"]
     for name, weights in one["parameters"]["policy"].items():
@@ -74,10 +74,10 @@ def test_a_resumed_run_is_equal_to_the_bit(small, rollouts):
 
 
 def test_what_it_learns_from_starts_anywhere_and_what_it_is_scored_on_at_the_beginning(small):
-    _, lessons = small("environment.speed=0.5", **NO_FILES)
-    learner = lessons.vec_env(1).machines[0]
-    assert (learner.rules.start, lessons.env.rules.start) == ("anywhere", "beginning")
-    assert learner.rules.speed == lessons.env.rules.speed == 0.5
+    _, course = small("environment.speed=0.5", **NO_FILES)
+    learner = course.vec_env(1).machines[0]
+    assert (learner.rules.start, course.env.rules.start) == ("anywhere", "beginning")
+    assert learner.rules.speed == course.env.rules.speed == 0.5
 
 
 def test_files_of_tasks_and_starts_of_sessions_are_refused(small, tmp_path):
@@ -88,16 +88,16 @@ def test_files_of_tasks_and_starts_of_sessions_are_refused(small, tmp_path):
 
 
 def test_a_driver_of_another_layout_is_refused(small):
-    made, lessons = small(steps=128, **NO_FILES)
-    Learning(made, lessons).train()
+    made, course = small(steps=128, **NO_FILES)
+    PolicyTrainer(made, course).train()
     driver = load_driver(made.folder / BEST)
     with pytest.raises(ValueError, match="sees other observations"):
         run(gym.make("PKM/SPR3Motion-v0").unwrapped, driver, seed=0)
 
 
 def test_damaged_files_are_refused(small):
-    made, lessons = small(steps=128, **NO_FILES)
-    Learning(made, lessons).train()
+    made, course = small(steps=128, **NO_FILES)
+    PolicyTrainer(made, course).train()
     file = made.folder / BEST
     content = json.loads(file.read_text())
     file.with_suffix(".safetensors").write_bytes(b"other")
@@ -115,9 +115,11 @@ def test_damaged_files_are_refused(small):
 @pytest.mark.parametrize("env_id", MOTION)
 def test_a_short_training_beats_random_actions_by_far(small, env_id):
     recipe = read_recipe("ppo", env_id, steps=120_000)
-    made, lessons = small(env_id=env_id, **NO_FILES)
+    made, course = small(env_id=env_id, **NO_FILES)
     made = Run(env_id, "ppo", 0, recipe, None, None, made.folder.with_name("learns"), "a test")
     made.write()
-    best = Learning(made, drives(find_spec(env_id, motion=True), recipe, **NO_FILES)).train()
+    best = PolicyTrainer(
+        made, motion_course(find_spec(env_id, motion=True), recipe, **NO_FILES)
+    ).train()
     assert best > 0.6
-    assert best > 5.0 * run(lessons.env, random, seed=0).mean_reward
+    assert best > 5.0 * run(course.env, random, seed=0).mean_reward

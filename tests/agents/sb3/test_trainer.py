@@ -14,7 +14,7 @@ from pkm_gym.agents.runs.recipe import LEARNERS
 from pkm_gym.agents.runs.run import BEST, CHECKPOINT, RUN, SCORES
 from pkm_gym.agents.runs.trainer import Stopped
 from pkm_gym.agents.sb3.network import Network
-from pkm_gym.agents.sb3.trainer import Learning, make_model
+from pkm_gym.agents.sb3.trainer import PolicyTrainer, make_model
 
 PLAIN = (
     "environment.reward=improvement",
@@ -49,9 +49,9 @@ def assert_same(one, other) -> None:
 
 @pytest.mark.parametrize("algorithm", LEARNERS)
 def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
-    run, lessons = small(algorithm)
-    before = make_model(run, lessons).get_parameters()["policy"]
-    best = Learning(run, lessons).train()
+    run, course = small(algorithm)
+    before = make_model(run, course).get_parameters()["policy"]
+    best = PolicyTrainer(run, course).train()
     settings = json.loads((run.folder / RUN).read_text())
     assert settings["recipe"]["envs"] == 8
     assert {"torch", "stable_baselines3"} <= settings["versions"].keys()
@@ -68,8 +68,8 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
 
 @pytest.mark.parametrize("algorithm", LEARNERS)
 def test_the_network_acts_as_the_model_does(small, algorithm):
-    run, lessons = small(algorithm)
-    model = make_model(run, lessons)
+    run, course = small(algorithm)
+    model = make_model(run, course)
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
     actions = Network.of_model(model)(observations)
@@ -79,48 +79,48 @@ def test_the_network_acts_as_the_model_does(small, algorithm):
 @pytest.mark.parametrize("algorithm", LEARNERS)
 @pytest.mark.parametrize("rollouts", [0, 1, 2, 3])
 def test_a_resumed_run_is_equal_to_the_bit(small, algorithm, rollouts):
-    whole, lessons = small(algorithm)
-    Learning(whole, lessons).train()
-    parts, lessons = small(algorithm)
+    whole, course = small(algorithm)
+    PolicyTrainer(whole, course).train()
+    parts, course = small(algorithm)
     with pytest.raises(Stopped):
-        Learning(parts, lessons, stop=stop_after(rollouts)).train()
+        PolicyTrainer(parts, course, stop=stop_after(rollouts)).train()
     np.random.default_rng().random()
     torch.manual_seed(99)
-    Learning(parts, lessons).train(resume=True)
+    PolicyTrainer(parts, course).train(resume=True)
     one, other = (torch.load(r.folder / CHECKPOINT, weights_only=True) for r in (whole, parts))
     for name in STATES:
         assert_same(one[name], other[name])
 
 
 def test_a_checkpoint_of_another_recipe_is_refused(small):
-    run, lessons = small()
-    Learning(run, lessons).train()
-    other, lessons = small("ppo", "policy.net_arch=[8]")
+    run, course = small()
+    PolicyTrainer(run, course).train()
+    other, course = small("ppo", "policy.net_arch=[8]")
     (run.folder / CHECKPOINT).rename(other.folder / CHECKPOINT)
     with pytest.raises(ValueError, match="belongs to another recipe"):
-        Learning(other, lessons).train(resume=True)
+        PolicyTrainer(other, course).train(resume=True)
 
 
 def test_a_damaged_checkpoint_is_refused(small):
-    run, lessons = small()
+    run, course = small()
     (run.folder / CHECKPOINT).write_bytes(b"PK\x03\x04 no zip")
     with pytest.raises(ValueError, match="is no checkpoint, or a damaged one"):
-        Learning(run, lessons).train(resume=True)
+        PolicyTrainer(run, course).train(resume=True)
 
 
 def test_a_setting_that_sb3_refuses_is_said(small):
-    run, lessons = small("ppo", "algorithm.clip_range_vf=-1.0")
+    run, course = small("ppo", "algorithm.clip_range_vf=-1.0")
     with pytest.raises(ValueError, match="ppo refuses its settings"):
-        make_model(run, lessons)
+        make_model(run, course)
 
 
 @pytest.mark.slow
 def test_ppo_beats_random_search_on_one_variable(small):
     few = (*PLAIN, "environment.budget=3", "envs=32", "policy.net_arch=[64,64]")
-    run, lessons = small("ppo", *few, env_id="PKM/DiamondFamily-v0", **FAMILY)
-    Learning(run, lessons).train()
+    run, course = small("ppo", *few, env_id="PKM/DiamondFamily-v0", **FAMILY)
+    PolicyTrainer(run, course).train()
     designer, _ = read_designer(run.folder / BEST)
-    problem, tasks = lessons.problem, lessons.problem.draw_tasks(200, np.random.default_rng(99))
+    problem, tasks = course.problem, course.problem.draw_tasks(200, np.random.default_rng(99))
     session = designer.design(tasks)
     own = np.where(session.feasible, session.merit, np.inf).min(axis=1)
     draws = np.random.default_rng(0).random((len(tasks) * 3, 1))

@@ -17,9 +17,10 @@ from optuna.storages.journal import JournalFileBackend
 from optuna.trial import TrialState
 
 import pkm_gym
+from pkm_gym.studies.cli.runs import redacted
 from pkm_gym.studies.search.search import search
 from pkm_gym.studies.storage import studies
-from pkm_gym.studies.storage.storages import default_storage, open_storage, redacted, study_names
+from pkm_gym.studies.storage.storages import default_storage, open_storage, study_names
 from pkm_gym.studies.storage.studies import finished, load_study, stands_for
 
 JOURNAL = default_storage("diamond")

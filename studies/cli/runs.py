@@ -1,0 +1,37 @@
+"""Where the results of verbs go, and the command that asked for them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from pathlib import Path
+
+RUNS = Path("runs")
+
+
+def run_folder(name: str) -> Path:
+    """Return the folder of a problem's results."""
+    return RUNS / name
+
+
+def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
+    """Return where to write: ``out``, or a file of the first form in the problem's folder.
+
+    Raises:
+        ValueError: for a name of another form.
+    """
+    path = out or run_folder(name) / f"{stem}{forms[0]}"
+    if path.suffix.lower() not in forms:
+        raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
+    return path
+
+
+def own_command() -> str:
+    """Return the command line as it was typed, without passwords."""
+    return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))
+
+
+def redacted(text: str) -> str:
+    """Return a text without the passwords of the URLs in it."""
+    return re.sub(r"(://[^/@:\s]*):[^/\s]*@", r"\1:***@", text)
