@@ -122,6 +122,13 @@ def reach_margins(
 
 
 @kernel
+def out_of_reach(inner: float, outer: float) -> float:
+    """Return > 0 where the margins say that the workspace is out of reach, or barely within."""
+    short = -min(inner, outer)
+    return max(0.0, short) + REACH_MARGIN if short > -REACH_MARGIN else 0.0
+
+
+@kernel
 def smallest_sine_beta(e: float, l1: float, l2: float, H: float, b: float, h: float) -> float:
     """Return the smallest sin beta over the workspace: exact, at its nearest or farthest point."""
     nearest2 = max(0.0, e - 0.5 * b) ** 2 + H * H

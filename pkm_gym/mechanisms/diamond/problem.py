@@ -13,7 +13,7 @@ from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import all_of, dimensions_violation, positive
 from pkm_gym.core.indices import angle_of_sine
 from pkm_gym.core.merit import write
-from pkm_gym.core.planar import REACH_MARGIN, reach_margins, smallest_sine_beta
+from pkm_gym.core.planar import out_of_reach, reach_margins, smallest_sine_beta
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
@@ -129,9 +129,9 @@ def measure_one(
     e, l1, l2, H = dimensions_from_ratios(design.lam_e, design.lam_l, design.gap, b, task.delta)
     inner, outer = reach_margins(e, l1, l2, H, b, h)
     limits = Limits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
-    short = -min(inner, outer)
-    if short > -REACH_MARGIN:
-        return UNDEFINED, limits, max(0.0, short) + REACH_MARGIN
+    unreached = out_of_reach(inner, outer)
+    if unreached > 0.0:
+        return UNDEFINED, limits, unreached
 
     I_A, m, mr_A = lumped_inertia(l1, l2, task.payload, inertia)
     eta = m * l1 * l1 / I_A
