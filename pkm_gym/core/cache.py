@@ -30,7 +30,7 @@ from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from pkm_gym.core.key import ingredients, row_class
+from pkm_gym.core.key import ingredients
 
 # Files that nobody read for this long are removed, and the oldest ones of too large a folder.
 SECONDS_KEPT = 30 * 86400.0
@@ -121,8 +121,7 @@ class KernelCache(_Cache):
         kept, function = folder(), self._dispatcher.py_func
         if kept is None or " at 0x" in repr(sig):  # a function as an argument: no name outlasts it
             return None
-        rows = [row_class(kind.instance_class) for kind in sig if hasattr(kind, "instance_class")]
-        told = (VERSIONS, codegen.magic_tuple(), sig, rows, *ingredients(self._dispatcher))
+        told = (VERSIONS, codegen.magic_tuple(), sig, *ingredients(self._dispatcher))
         digest = hashlib.sha256(repr(told).encode())
         name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
         return kept / f"{name[-100:]}-{digest.hexdigest()[:32]}.kernel"

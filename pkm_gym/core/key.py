@@ -26,11 +26,6 @@ def ingredients(dispatcher: Any) -> list[str]:
     return list(_parts(dispatcher, set(), ()))
 
 
-def row_class(kind: type) -> list[str]:
-    """Return, in words, which class a row is of: two may have one name, numba's for their types."""
-    return list(_class(kind))
-
-
 def _parts(value: Any, seen: set[Any], names: tuple[str, ...]) -> Iterator[str]:
     """Yield what a global value says; ``names`` are those that the code takes of a module."""
     if isinstance(value, Dispatcher):

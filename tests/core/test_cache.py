@@ -183,26 +183,3 @@ def test_reading_a_file_keeps_it(call: Call, tmp_path: Path) -> None:
         os.utime(path, (long_ago, long_ago))
     assert call().stderr == ""
     assert any(time.time() - path.stat().st_mtime < 3600.0 for path in files(tmp_path))
-
-
-ROWS = """
-from typing import NamedTuple
-import numpy as np
-from pkm_gym.core.merit import write
-class Row(NamedTuple):
-    {}: float
-row = np.zeros(1)
-write(row, Row(3.0))
-assert row[0] == 3.0
-[[_, kind]] = write.signatures
-assert kind.instance_class is Row, kind.instance_class
-"""
-
-
-def test_rows_of_one_name_in_two_packages_are_two_kernels(run: Run, tmp_path: Path) -> None:
-    for field in ("one", "other"):
-        package = tmp_path / field
-        package.mkdir()
-        (package / "rows.py").write_text(ROWS.format(field), encoding="utf-8")
-        code = f"import sys; sys.path.append({str(package)!r}); import rows"
-        run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
