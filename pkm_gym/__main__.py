@@ -22,6 +22,7 @@ STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
 # verb -> the function that does it, what it does
 VERBS = {
     "list": (f"{STUDIES}.list:command", "Show the design problems, or one in full."),
+    "new": (f"{STUDIES}.new:command", "Begin a mechanism of your own."),
     "evaluate": (f"{STUDIES}.evaluate:command", "Evaluate a design of your own."),
     "study": (
         f"{STUDIES}.study:command",

@@ -1,6 +1,12 @@
-"""What every test may ask for: each registered problem, and the optima of its Family."""
+"""What every test may ask for: each registered problem, the optima of its Family, usable designs.
+
+Nothing here or in a test that runs over all problems knows one of them by name: what it must know
+of a problem is declared, or it is drawn.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import hypothesis
 import numpy as np
@@ -8,14 +14,25 @@ import pytest
 
 import pkm_gym
 import pkm_gym.twin  # before any test imports mujoco: it chooses how to draw without a screen
+from pkm_gym.core.evaluation import Evaluation
+from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
+from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms import declaration
 
-FEW, MANY = 64, 256  # tasks of a Family
+FEW, MANY = 32, 256  # tasks of a Family
+USABLE = 60  # feasible designs of a Family
+SLIGHTLY = 0.5  # the largest violation that counts as a slight one
+
+Spread = Callable[[DesignProblem, np.random.Generator, int], tuple[FloatArray, FloatArray]]
 
 # Kernels compile at their first call, so no deadline; derandomised, so that a failure repeats.
 hypothesis.settings.register_profile("pkm_gym", deadline=None, derandomize=True, max_examples=60)
 hypothesis.settings.load_profile("pkm_gym")
+
+
+# Problems -----------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="session", params=pkm_gym.problems())
@@ -24,13 +41,146 @@ def problem(request: pytest.FixtureRequest) -> DesignProblem:
     return pkm_gym.make_problem(request.param)
 
 
-@pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
-def family(problem: DesignProblem, request: pytest.FixtureRequest) -> Solutions:
-    """Solved tasks of the problem's Family: a few, and many among the slow tests."""
-    return solve_tasks(problem, problem.draw_tasks(request.param, np.random.default_rng(2010)))
+@pytest.fixture(
+    scope="session",
+    params=[name for name in pkm_gym.problems() if declaration(name).motion is not None],
+)
+def twinned(request: pytest.FixtureRequest) -> DesignProblem:
+    """Each problem that drives its mechanism's twin."""
+    return pkm_gym.make_problem(request.param)
 
 
 @pytest.fixture
 def rng() -> np.random.Generator:
     """A generator of fixed seed, new for each test."""
     return np.random.default_rng(43)
+
+
+# Poses --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def anywhere() -> Callable[[Mechanism, np.random.Generator, int], FloatArray]:
+    """A function that draws n poses in and far around a workspace, most of them out of reach."""
+
+    def drawn(machine: Mechanism, rng: np.random.Generator, n: int) -> FloatArray:
+        known = machine.search_poses()
+        known = known[np.isfinite(known).all(axis=1)]
+        low, high = known.min(axis=0), known.max(axis=0)
+        far = np.maximum(high - low, 0.1 * np.abs(known).max())
+        return 0.5 * (low + high) + far * rng.uniform(-10.0, 10.0, (n, len(low)))
+
+    return drawn
+
+
+@pytest.fixture(scope="session")
+def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
+    """A function that returns a pose (k,) that a machine doesn't reach."""
+
+    def pose(machine: Mechanism) -> FloatArray:
+        drawn = anywhere(machine, np.random.default_rng(12), 500)
+        reached = np.isfinite(machine.inverse_kinematics(drawn)).all(axis=1)
+        return drawn[~reached][0]
+
+    return pose
+
+
+# Tasks with their optima --------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def solved(problem: DesignProblem) -> Solutions:
+    """A few tasks of the problem's Family, solved."""
+    return solve_tasks(problem, problem.draw_tasks(FEW, np.random.default_rng(2010)))
+
+
+@pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+def family(problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest) -> Solutions:
+    """Solved tasks of the problem's Family: a few, and many among the slow tests."""
+    if request.param == FEW:
+        return solved
+    return solve_tasks(problem, problem.draw_tasks(request.param, np.random.default_rng(2010)))
+
+
+@pytest.fixture(scope="session")
+def paper(problem: DesignProblem) -> Solutions:
+    """The paper's task, solved."""
+    found = solve_tasks(problem, problem.pack(None)[None])
+    assert found.solvable[0], f"nothing is feasible for the task of {problem.name}"
+    return found
+
+
+# Designs ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def spread() -> Spread:
+    """A function that draws n designs all over the box, each with a task of the Family."""
+
+    def drawn(
+        problem: DesignProblem, rng: np.random.Generator, n: int
+    ) -> tuple[FloatArray, FloatArray]:
+        designs = problem.low + (problem.high - problem.low) * rng.random((n, len(problem.low)))
+        return designs, problem.draw_tasks(n, rng)
+
+    return drawn
+
+
+@pytest.fixture(scope="session")
+def design(problem: DesignProblem, paper: Solutions) -> FloatArray:
+    """A feasible design (d,) of the paper's task: the printed one, or else the optimum."""
+    printed = problem.printed_design()
+    return printed if problem.evaluate(printed[None]).feasible[0] else paper.designs[0]
+
+
+@pytest.fixture(scope="session")
+def beside() -> Callable[[DesignProblem, FloatArray, FloatArray], FloatArray]:
+    """A function that returns the farthest feasible designs found beside feasible ones (n, d)."""
+
+    def found(problem: DesignProblem, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        best = designs.copy()
+        for near in _around(problem, designs, np.random.default_rng(9)):  # ever farther off
+            feasible = problem.evaluate(near, tasks).feasible
+            best[feasible] = near[feasible]
+        return best
+
+    return found
+
+
+@pytest.fixture(scope="session")
+def usable(
+    problem: DesignProblem, solved: Solutions, spread: Spread, beside: Callable
+) -> Evaluation:
+    """Feasible designs, each for a task of the Family: drawn, or beside optima where few are."""
+    designs, tasks = spread(problem, np.random.default_rng(7), 4000)
+    lucky = np.flatnonzero(problem.evaluate(designs, tasks).feasible)[:USABLE]
+    rows = np.resize(np.flatnonzero(solved.solvable), USABLE - len(lucky))
+    near = beside(problem, solved.designs[rows], solved.tasks[rows])
+    evaluation = problem.evaluate(
+        np.concatenate([designs[lucky], near]), np.concatenate([tasks[lucky], solved.tasks[rows]])
+    )
+    assert evaluation.feasible.all()
+    return evaluation
+
+
+@pytest.fixture(scope="session")
+def broken(problem: DesignProblem, usable: Evaluation) -> Evaluation:
+    """Designs that are not feasible, each for a task of the Family, but not far from it."""
+    found = [
+        problem.evaluate(near, usable.tasks)
+        for near in _around(problem, usable.designs, np.random.default_rng(10))
+    ]
+    kept = [~e.feasible & (e.constraints.max(axis=1) < SLIGHTLY) for e in found]
+    designs = np.concatenate([e.designs[k] for e, k in zip(found, kept, strict=True)])
+    tasks = np.concatenate([usable.tasks[k] for k in kept])
+    some = np.random.default_rng(11).permutation(len(designs))[:USABLE]
+    return problem.evaluate(designs[some], tasks[some])
+
+
+def _around(
+    problem: DesignProblem, designs: FloatArray, rng: np.random.Generator
+) -> list[FloatArray]:
+    """Designs of the box (n, d) beside designs (n, d), drawn ever farther off."""
+    span = problem.high - problem.low
+    offsets = [size * rng.normal(size=designs.shape) for size in np.geomspace(1e-4, 0.3, 40)]
+    return [np.clip(designs + span * way, problem.low, problem.high) for way in offsets]

@@ -19,7 +19,7 @@ from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.envs.observation import observation_layout
 from pkm_gym.envs.rules import Rules
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import called, lasting, make_problem
 
 NEEDED = ("format", "problem", "arguments", "hash", "layout", "rules", "policy", "sha256")
 
@@ -48,7 +48,7 @@ def write_designer(
         tensors |= designer.starts.tensors()
     weights = save(tensors)
     config = {
-        "problem": designer.problem.name,
+        "problem": lasting(designer.problem),
         "arguments": dict(arguments),
         "hash": designer.problem.hash(),
         "layout": layout_hash(designer.problem),
@@ -77,7 +77,7 @@ def read_designer(path: Path, *, older: bool = False) -> tuple[Designer, Origin]
             raise ValueError(
                 f"the designer {path.stem!r} was trained for another {thing} "
                 f"({config[what][:12]} there, {now[:12]} here): train it again, or "
-                f"renew it with `pkm-gym restamp {problem.name} {path}`"
+                f"renew it with `pkm-gym restamp {called(problem)} {path}`"
             )
     policy = _policy(problem, config["policy"], tensors)
     starts = (

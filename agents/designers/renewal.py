@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.core.files import whole_file
 
@@ -18,21 +21,31 @@ def renew(path: Path) -> bool:
 
     Raises:
         ValueError: in one sentence, for a file that is missing or damaged, or a designer that
-            doesn't reproduce its recorded designs; the file is as it was then.
+            doesn't reproduce its recorded designs, or has none; the file is as it was then.
     """
     designer, origin = read_designer(path, older=True)
-    problem, recorded = designer.problem, origin.recorded
+    config = json.loads(path.read_text(encoding="utf-8"))
+    changed = bool(config["hash"] != designer.problem.hash())
+    if origin.recorded:
+        _check(path, designer, origin.recorded)
+    elif changed:
+        raise ValueError(
+            f"the designer {path.stem!r} of another version of {designer.problem.name} records no "
+            "designs, as shipped ones do, to be held against: train it again"
+        )
+    if not changed:
+        return False
+    with whole_file(path) as part:
+        renewed = {**config, "hash": designer.problem.hash()}
+        part.write_text(json.dumps(renewed, indent=2) + "\n", encoding="utf-8")
+    return True
+
+
+def _check(path: Path, designer: Designer, recorded: Mapping[str, Any]) -> None:
     designs = designer.design(np.array(recorded["tasks"])).designs[:, 0]
-    off = np.abs(designs - recorded["designs"]) / (problem.high - problem.low)
+    off = np.abs(designs - recorded["designs"]) / (designer.problem.high - designer.problem.low)
     if not off.max() <= CLOSE:
         raise ValueError(
             f"the designer {path.stem!r} no longer designs what it did (off by {off.max():.1e} of "
             "the range): train it again"
         )
-    config = json.loads(path.read_text(encoding="utf-8"))
-    if config["hash"] == problem.hash():
-        return False
-    with whole_file(path) as part:
-        renewed = {**config, "hash": problem.hash()}
-        part.write_text(json.dumps(renewed, indent=2) + "\n", encoding="utf-8")
-    return True

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
@@ -12,12 +13,17 @@ from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.benchmark.record import Cost, EvaluationLog
 from pkm_gym.benchmark.run import setting
 from pkm_gym.benchmark.splits import load_split
+from pkm_gym.mechanisms import lasting
 
 SCORED = ("val", "ood", "test")
 
 
 def record(
-    designers: Sequence[Designer], costs: Sequence[Cost], split: str, command: str
+    designers: Sequence[Designer],
+    costs: Sequence[Cost],
+    split: str,
+    command: str,
+    folder: Path | None = None,
 ) -> list[EvaluationLog]:
     """Return the logs of designers of one problem on a split; they count as training seeds.
 
@@ -26,17 +32,22 @@ def record(
         costs: what training each of them cost.
         split: which tasks.
         command: what asked for it.
+        folder: of the splits; see ``load_split``.
 
     Raises:
         ValueError: for designers of other problems, or a problem that the benchmark doesn't have.
     """
-    name = designers[0].problem.name
-    problem, tasks = load_split(name, split)
+    name = lasting(designers[0].problem)
+    problem, tasks = load_split(name, split, folder)
     logs = []
     for seed, (designer, cost) in enumerate(zip(designers, costs, strict=True)):
         if designer.problem.hash() != problem.hash():
-            raise ValueError(f"agent {seed + 1} designs for another problem than {name}'s split")
-        own_setting = setting(name, split, "designer", seed=seed, evaluations=designer.rules.budget)
+            raise ValueError(
+                f"agent {seed + 1} designs for another problem than {problem.name}'s split"
+            )
+        own_setting = setting(
+            name, split, "designer", seed=seed, evaluations=designer.rules.budget, folder=folder
+        )
         began = time.perf_counter()
         designs = designer.design(tasks.tasks).designs
         seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))

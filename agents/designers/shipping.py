@@ -13,6 +13,7 @@ from pkm_gym.agents.designers.files import read_designer, write_designer
 from pkm_gym.agents.designers.library import ZOO, designer_path
 from pkm_gym.agents.runs.files import CONFIG
 from pkm_gym.benchmark.splits import load_split
+from pkm_gym.mechanisms import lasting
 
 AT = (1, 4, 8, 12, 24)  # evaluations whose median regret is recorded
 KEPT = 8  # tasks whose first designs are recorded
@@ -24,6 +25,11 @@ def take_in(folder: Path) -> Path:
     """Write the best agent of a run among the shipped ones, with what it must reproduce."""
     path = designer_path(str(folder))
     designer, origin = read_designer(path)
+    if lasting(designer.problem) != designer.problem.name:
+        raise ValueError(
+            f"{designer.problem.name} is a mechanism from outside: give its designer's folder as "
+            "--model, it isn't shipped"
+        )
     name = origin.env_id.rpartition("/")[2].rpartition("-v")[0]
     target = ZOO / f"{name}{CONFIG}"
     write_designer(designer, target, replace(origin, recorded=recorded(designer)), {})

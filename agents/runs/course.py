@@ -18,7 +18,7 @@ from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import POOL, VALIDATION
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.scoring import score
-from pkm_gym.benchmark.splits import split_path
+from pkm_gym.benchmark.splits import split_file
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import solve_tasks
@@ -164,7 +164,7 @@ def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
 
 def _split(problem: DesignProblem, split: str) -> Path | None:
     """Return the benchmark's file of a split, None where it has none of just this problem."""
-    path = split_path(problem.name, split)
+    path = split_file(problem, split)
     plain = problem.hash() == type(problem)().hash()
     return path if plain and path.exists() else None
 

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from gymnasium.envs.registration import EnvSpec, registry
 
 from pkm_gym.core.names import unknown
 from pkm_gym.envs.design import DesignEnv
+from pkm_gym.mechanisms import register_module
 
 
 def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
     """Return the specification of a design environment; ``module:ID`` imports the module first.
 
-    With ``motion``, a motion environment will do as well.
+    What design problems it defines are registered then. ``module:Class`` stands for the problem's
+    Family, or its one task where it draws none. With ``motion``, a motion environment will do too.
 
     Raises:
         ValueError: for an id that is unknown, with its closest match, or no design environment.
     """
     module, colon, name = env_id.rpartition(":")
     if colon:
-        import_module(module)
+        name = register_module(module).get(env_id, name)
     if name not in registry:
         ids = [key for key, s in registry.items() if _is_design(s) or (motion and is_motion(s))]
         raise ValueError(unknown("environment", name, ids))

@@ -22,6 +22,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import DesignEnv
+from pkm_gym.mechanisms import lasting
 from pkm_gym.studies.report.rows import Row, row_of
 
 ALGORITHMS = ("ppo", "sac")
@@ -124,7 +125,7 @@ def algorithm_rows(
 def course_on(problem: DesignProblem) -> DesignCourse:
     """Return the course of a problem as it is made, on its own task."""
     arguments: dict[str, Any] = {
-        "problem": problem.name,
+        "problem": lasting(problem),
         "task": problem.task,
         "objective": [objective.name for objective in problem.objectives],
         "fixed": dict(problem.fixed),

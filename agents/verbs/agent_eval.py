@@ -16,7 +16,7 @@ from pkm_gym.benchmark.record import Cost
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.studies.benchmark.tables import show
-from pkm_gym.studies.cli.options import output_option
+from pkm_gym.studies.cli.options import SplitsOption, output_option
 from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import console
 
@@ -34,6 +34,7 @@ def command(
     output: Annotated[
         Path | None, output_option("Keep the logs there, for `pkm-gym score`.", "FOLDER")
     ] = None,
+    splits: SplitsOption = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Unpickle .zip files: they may run any code.")
     ] = False,
@@ -57,7 +58,7 @@ def command(
             designer, origin = read_designer(designer_path(model))
             designers.append(designer)
             costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
-    logs = record(designers, costs, split, own_command())
+    logs = record(designers, costs, split, own_command(), splits)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")

@@ -25,7 +25,7 @@ from pkm_gym.studies.report.design import Report, content, draw, show_report
 
 
 @dataclass(frozen=True)
-class Answered:
+class AnsweredTask:
     """What a designer did for one task, and what a local polish of its answer finds.
 
     Attributes:
@@ -97,7 +97,7 @@ def command(
     answered = answer(designer, problem.task, budget)
     report = _report(answered, problem.task)
     if picture is None and not as_json:
-        picture = run_folder(name) / "design.png"
+        picture = run_folder(problem.name) / "design.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
@@ -109,14 +109,14 @@ def command(
     screen.print(f"\npicture: {picture}", soft_wrap=True)
 
 
-def answer(designer: Designer, task: Task, budget: int | None = None) -> Answered:
+def answer(designer: Designer, task: Task, budget: int | None = None) -> AnsweredTask:
     """Return a designer's answer to a task, and the local optimum near it."""
     designs = designer.design(task, budget)
     polished = polish(designer.problem, designs.answer.designs, designs.tasks)[0]
-    return Answered(designer, designs, polished)
+    return AnsweredTask(designer, designs, polished)
 
 
-def _report(answered: Answered, task: Task) -> Report:
+def _report(answered: AnsweredTask, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
     problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
@@ -137,7 +137,7 @@ def _outside(task: Task) -> tuple[str, ...]:
     return (f"it was not trained on such {', '.join(outside)}: the answer may be far from optimal",)
 
 
-def _show(screen: Console, answered: Answered) -> None:
+def _show(screen: Console, answered: AnsweredTask) -> None:
     problem, designs = answered.problem, answered.designs
     heads = [f"{v.name} {v.unit}".rstrip() for v in problem.variables]
     rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
@@ -154,7 +154,7 @@ def _show(screen: Console, answered: Answered) -> None:
     )
 
 
-def _content(answered: Answered) -> dict[str, Any]:
+def _content(answered: AnsweredTask) -> dict[str, Any]:
     designs = answered.designs
     return {
         "session": {

@@ -12,7 +12,7 @@ import typer
 from pkm_gym.agents.designers.library import shipped
 from pkm_gym.agents.designers.renewal import renew
 from pkm_gym.agents.runs.files import CONFIG
-from pkm_gym.benchmark.splits import FOLDER, manifest, sha256, split_path, write_manifest
+from pkm_gym.benchmark.splits import manifest, sha256, split_file, write_manifest
 from pkm_gym.core.pool import Pool, renewed
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import make_problem
@@ -45,7 +45,7 @@ def command(
 
 def shipped_files(problem: DesignProblem) -> list[Path]:
     """Return the shipped splits and designers of a problem."""
-    splits = [split_path(problem.name, split) for split in problem.declared.splits]
+    splits = [split_file(problem, split) for split in problem.declared.splits]
     designers = [path for path in shipped().values() if f'"{problem.name}"' in path.read_text()]
     return [path for path in (*splits, *designers) if path.exists()]
 
@@ -55,10 +55,10 @@ def renew_pool(path: Path, problem: DesignProblem) -> bool:
     with suppress(ValueError):
         Pool.load(path, problem)
         return False
-    known = manifest(FOLDER).get(path.name)
-    split = path.resolve().parent == FOLDER and known is not None and known.sha256 == sha256(path)
+    known = manifest(path.parent).get(path.name)
+    split = known is not None and known.sha256 == sha256(path)
     renewed(path, problem, certified=split).save(path)
     if split and known is not None:
         entry = replace(known, sha256=sha256(path))
-        write_manifest(manifest(FOLDER) | {path.name: entry}, FOLDER)
+        write_manifest(manifest(path.parent) | {path.name: entry}, path.parent)
     return True

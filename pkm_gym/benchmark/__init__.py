@@ -11,7 +11,8 @@ from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.recording import RecordEvaluations
 from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.scoring import duel, interval, regrets, score
-from pkm_gym.benchmark.splits import SPLITS, load_split
+from pkm_gym.benchmark.splits import load_split
+from pkm_gym.core.declaration import SPLITS
 
 __all__ = [
     "METHODS",

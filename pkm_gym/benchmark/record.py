@@ -19,7 +19,7 @@ class Setting:
     """How a method was run: two logs of one setting are parts of the same run.
 
     Attributes:
-        problem: name of the design problem.
+        problem: name of the design problem, or "module:Class" of one from outside.
         split: name of the split.
         hash: ``hash()`` of the problem.
         sha256: of the split's file.
@@ -32,6 +32,7 @@ class Setting:
         pool: how many training tasks it knew, 0 in the *scratch* track.
         noise: standard deviation of the relative error in what the method was told.
         delay: seconds that each evaluation took longer.
+        folder: of the splits, empty for the problem's own.
     """
 
     problem: str
@@ -47,6 +48,7 @@ class Setting:
     pool: int
     noise: float = 0.0
     delay: float = 0.0
+    folder: str = ""
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
         raise ValueError(f"{str(path)!r} does not exist: {wanted}") from None
     except Exception:  # zip, zlib, npy headers and pickles: each raises its own
         raise ValueError(f"{str(path)!r} is damaged or no npz file: {wanted}") from None
+    content.setdefault("folder", np.array(""))  # of the problem's own splits: older logs say none
     missing = [name for name in (*ARRAYS, *TEXTS, *COST, *SETTINGS) if name not in content]
     if missing:
         raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {wanted}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -12,11 +13,12 @@ from gymnasium.utils import RecordConstructorArgs
 
 from pkm_gym.benchmark.methods import Knowledge, Start
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
-from pkm_gym.benchmark.splits import load_split, sha256, split_path
+from pkm_gym.benchmark.splits import load_split, sha256, split_file
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import Observation
 from pkm_gym.envs.infos import Info
 from pkm_gym.envs.wrappers import design_env
+from pkm_gym.mechanisms import lasting
 
 Action = npt.NDArray[Any]
 FREE = Cost()
@@ -74,6 +76,7 @@ class RecordEvaluations(
         pool: int = 0,
         seed: int = 0,
         training: Cost = FREE,
+        folder: Path | None = None,
     ) -> EvaluationLog:
         """Return what was recorded as a log of a split.
 
@@ -87,16 +90,17 @@ class RecordEvaluations(
             pool: how many of the training tasks the method knew.
             seed: which of several trainings of the method it is.
             training: what it cost before the first task, besides the pool.
+            folder: of the splits; see ``load_split``.
 
         Raises:
             ValueError: in one sentence, for a problem that differs from the benchmark's, or a task
                 that is not in the split.
         """
-        name, inner = self._inner.problem.name, self._inner
-        problem, tasks = load_split(name, split)
+        inner, name = self._inner, lasting(self._inner.problem)
+        problem, tasks = load_split(name, split, folder)
         if inner.problem.hash() != problem.hash():
             raise ValueError(
-                f"the environment's {name} differs from the benchmark's: make it plain"
+                f"the environment's {problem.name} differs from the benchmark's: make it plain"
             )
         rows_of = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
         episodes: dict[int, list[FloatArray]] = {}
@@ -115,7 +119,7 @@ class RecordEvaluations(
             problem=name,
             split=split,
             hash=problem.hash(),
-            sha256=sha256(split_path(name, split)),
+            sha256=sha256(split_file(problem, split, folder)),
             method=method,
             source="",
             start=start,
@@ -123,6 +127,7 @@ class RecordEvaluations(
             seed=seed,
             budget=budget,
             pool=pool,
+            folder=str(folder or ""),
         )
         seconds = np.zeros(len(rows))
         return EvaluationLog(

@@ -23,10 +23,11 @@ from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.methods import Method, Search, find_method
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import regrets
-from pkm_gym.benchmark.splits import SPLITS, load_split, sha256, split_path
+from pkm_gym.benchmark.splits import count_tasks, load_split, sha256, split_file
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms import lasting
 
 CHUNK = 4  # tasks between two savings
 
@@ -41,21 +42,23 @@ def setting(
     *,
     seed: int = 0,
     evaluations: int = 300,
-    pool: int = SPLITS["train"],
+    pool: int | None = None,
     noise: float = 0.0,
     delay: float = 0.0,
+    folder: Path | None = None,
 ) -> Setting:
     """Return how a method is to be run, checked.
 
     Args:
-        name: the design problem.
+        name: the design problem, or "module:Class".
         split: "val", "test" or "ood".
         method: its name, or "module:attribute".
         seed: of its random numbers.
         evaluations: allowed on each task, if the method takes so many.
-        pool: how many of the training tasks a *transfer* method may know.
+        pool: how many of the training tasks a *transfer* method may know, all of them if None.
         noise: standard deviation of the relative error in what the method is told.
         delay: seconds that each evaluation takes longer.
+        folder: of the splits; see ``load_split``.
 
     Raises:
         ValueError: in one sentence, for an unknown problem, split or method, or a bad number.
@@ -65,26 +68,37 @@ def setting(
         ("evaluations", evaluations, 1), ("seed", seed, 0), ("pool", pool, 1),
         ("noise", noise, 0), ("delay", delay, 0),
     ):  # fmt: skip
-        if not value >= least:
+        if value is not None and not value >= least:
             raise ValueError(f"{what} is {value}: it must be at least {least}")
-    if pool > SPLITS["train"]:
-        raise ValueError(f"pool is {pool}: there are {SPLITS['train']} training tasks")
-    problem, _ = load_split(name, split)
+    problem, _ = load_split(name, split, folder)
+    transfer = chosen.knowledge == "transfer"
+    if transfer:
+        load_split(name, "train", folder)  # refuses where there is none
+    trained = count_tasks(split_file(problem, "train", folder))
+    if pool is not None and pool > trained:
+        raise ValueError(f"pool is {pool}: there are {trained} training tasks")
+    lasts = lasting(problem)
     return Setting(
-        problem=name,
+        problem=lasts,
         split=split,
         hash=problem.hash(),
-        sha256=sha256(split_path(name, split)),
+        sha256=sha256(split_file(problem, split, folder)),
         method=method,
-        source=_source(chosen, name),
+        source=_source(chosen, lasts),
         start=chosen.start,
         knowledge=chosen.knowledge,
         seed=seed,
         budget=min(evaluations, chosen.evaluations),
-        pool=pool if chosen.knowledge == "transfer" else 0,
+        pool=(pool or trained) if transfer else 0,
         noise=noise,
         delay=delay,
+        folder=str(folder or ""),
     )
+
+
+def splits_folder(setting: Setting) -> Path | None:
+    """Return the folder of a setting's splits, None for the problem's own."""
+    return Path(setting.folder) if setting.folder else None
 
 
 def _source(method: Method, name: str) -> str:
@@ -116,7 +130,7 @@ def run(
         ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
             certified optimum.
     """
-    problem, split = load_split(setting.problem, setting.split)
+    problem, split = load_split(setting.problem, setting.split, splits_folder(setting))
     done = earlier_log or _empty(setting, problem, command)
     todo = np.setdiff1d(rows, done.rows)
     chunks = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
@@ -177,16 +191,18 @@ class _Prepared(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _prepared(name: str, split: str, method: str, pool_size: int) -> _Prepared:
-    problem, tasks = load_split(name, split)
+def _prepared(name: str, split: str, method: str, pool_size: int, folder: Path | None) -> _Prepared:
+    problem, tasks = load_split(name, split, folder)
     chosen = find_method(method)
-    pool = load_split(name, "train")[1].first(pool_size)
-    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, pool))
+    trained = load_split(name, "train", folder)[1] if pool_size else tasks
+    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, trained.first(pool_size)))
 
 
 def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
     """Run the method on some tasks."""
-    prepared = _prepared(setting.problem, setting.split, setting.method, setting.pool)
+    prepared = _prepared(
+        setting.problem, setting.split, setting.method, setting.pool, splits_folder(setting)
+    )
     log = _empty(setting, prepared.problem, "")
     d = len(prepared.problem.low)
     designs = np.full((len(rows), setting.budget, d), np.nan)

@@ -1,8 +1,9 @@
-"""Splits: the benchmark's tasks with their certified optima, shipped as files.
+"""Splits: the benchmark's tasks with their optima, as files: ours are shipped.
 
 ``train`` is the pool that a *transfer* method may learn from, ``val`` is for tuning, ``test`` for
 the published tables, ``ood`` asks for more than the training range holds. They are drawn from
-``SeedSequence([problem.version, k])``, k = 0, 1, 2, 3, and made by ``pkm-gym splits NAME``.
+``SeedSequence([problem.version, k])``, k = 0, 1, 2, 3, and made by ``pkm-gym splits NAME``, as many
+tasks of each as the problem declares.
 """
 
 from __future__ import annotations
@@ -15,15 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pkm_gym.core.declaration import SPLITS
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms import make_problem
-
-# split -> number of tasks; its place is k of the seed
-SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
+from pkm_gym.mechanisms import called, lasting, make_problem
 
 # How far a task of ``ood`` may lie outside the training range, a share of the range's width.
 BEYOND = 0.25
@@ -61,7 +60,7 @@ def draw(problem: DesignProblem, split: str) -> Drawn:
         ValueError: for an unknown split, or a problem without a Family.
     """
     check_split(problem, split)
-    k, n = list(SPLITS).index(split), SPLITS[split]
+    k, n = list(SPLITS).index(split), problem.declared.splits[split]
     sequence = np.random.SeedSequence([problem.declared.version, k])
     for_tasks, for_starts = map(np.random.default_rng, sequence.spawn(2))
     outside = split == "ood"
@@ -93,18 +92,34 @@ def check_split(problem: DesignProblem, split: str) -> None:
     Raises:
         ValueError: in one sentence.
     """
-    check_known("split", [split], SPLITS)
+    check_known("split", [split], problem.declared.splits)
     if not any(variable.drawn for variable in problem.task_variables):
         raise ValueError(f"{problem.name} has no Family: it draws no tasks to be measured on")
 
 
-def split_path(name: str, split: str) -> Path:
-    """Return the file of a split."""
-    return FOLDER / f"{name}_{split}.npz"
+def default_folder(problem: DesignProblem) -> Path:
+    """Return where a problem's splits are: ours in the package, others' under runs/."""
+    own = lasting(problem) == problem.name
+    return FOLDER if own else Path("runs") / problem.name / "splits"
 
 
-def load_split(name: str, split: str) -> tuple[DesignProblem, Pool]:
-    """Return a problem with one of its splits as it is shipped.
+def split_path(name: str, split: str, folder: Path | None = None) -> Path:
+    """Return the file of a split of the problem of that name, by default a shipped one."""
+    return (folder or FOLDER) / f"{name}_{split}.npz"
+
+
+def split_file(problem: DesignProblem, split: str, folder: Path | None = None) -> Path:
+    """Return the file of a problem's split, in its default folder if none is given."""
+    return split_path(problem.name, split, folder or default_folder(problem))
+
+
+def load_split(name: str, split: str, folder: Path | None = None) -> tuple[DesignProblem, Pool]:
+    """Return a problem with one of its splits.
+
+    Args:
+        name: of the problem, or "module:Class".
+        split: one that the problem declares.
+        folder: where its files are; for ours the package, for others' runs/NAME/splits.
 
     Raises:
         ValueError: in one sentence, for an unknown name, or a file that is missing, edited or of
@@ -112,21 +127,30 @@ def load_split(name: str, split: str) -> tuple[DesignProblem, Pool]:
     """
     problem = make_problem(name)
     check_split(problem, split)
-    path = split_path(name, split)
+    path = split_file(problem, split, folder)
+    make = f"`pkm-gym splits {called(problem)}{f' -o {folder}' if folder else ''}`"
     if not path.exists():
-        raise ValueError(f"{name} has no split {split} yet: make it with `pkm-gym splits {name}`")
-    entry, actual = manifest().get(path.name), sha256(path)
+        raise ValueError(f"{problem.name} has no split {split} yet: make it with {make}")
+    entry, actual = manifest(path.parent).get(path.name), sha256(path)
     if entry is None or entry.sha256 != actual:
         wanted = entry.sha256[:12] if entry else "none"
         raise ValueError(
             f"{str(path)!r} was changed (sha256 {actual[:12]}, expected {wanted}): "
-            f"restore it, or make it again with `pkm-gym splits {name}`"
+            f"restore it, or make it again with {make}"
         )
     return problem, Pool.load(path, problem)
 
 
+def count_tasks(path: Path) -> int:
+    """Return how many tasks a split's file has, 0 where there is no file."""
+    if not path.exists():
+        return 0
+    with np.load(path, allow_pickle=False) as archive:
+        return len(archive["optima"])
+
+
 def manifest(folder: Path = FOLDER) -> dict[str, Entry]:
-    """Return what is known of the shipped files, by name."""
+    """Return what is known of a folder's files, by name."""
     path = folder / MANIFEST
     if not path.exists():
         return {}

@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
+from pkm_gym.benchmark.run import splits_folder
 from pkm_gym.benchmark.scoring import (
+    CERTAINTY,
     SCORED,
     Duel,
     Interval,
@@ -22,7 +24,8 @@ from pkm_gym.benchmark.scoring import (
     score,
     violations,
 )
-from pkm_gym.benchmark.splits import SPLITS, load_split, manifest, sha256, split_path
+from pkm_gym.benchmark.splits import count_tasks, load_split, manifest, sha256, split_file
+from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
 AT = (1, 2, 4, 8, 12, 24, 60, 120, 300)
@@ -41,6 +44,8 @@ class Entry:
         version: of pkm_gym.
         command: what wrote its log.
         training: what the method cost before the first task, besides the pool.
+        pool: what it cost to solve the training tasks that it knew.
+        part: whether it knew only some of the training tasks.
     """
 
     setting: Setting
@@ -51,12 +56,14 @@ class Entry:
     version: str
     command: str
     training: Cost
+    pool: Cost
+    part: bool
 
     @property
     def name(self) -> str:
         """The method's name, with what differs from an ordinary run."""
         words = [self.setting.method]
-        if 0 < self.setting.pool < SPLITS["train"]:
+        if self.part:
             words.append(f"pool {self.setting.pool}")
         if self.setting.noise:
             words.append(f"noise {self.setting.noise:g}")
@@ -90,11 +97,14 @@ class Entry:
     @property
     def cost(self) -> Cost:
         """What was spent before the first task: its share of the pool, and its training."""
-        pool = manifest()[split_path(self.setting.problem, "train").name]
-        share, own = self.setting.pool / SPLITS["train"], self.training
-        return Cost(
-            round(share * pool.evaluations) + own.evaluations, share * pool.seconds + own.seconds
-        )
+        pool, own = self.pool, self.training
+        return Cost(pool.evaluations + own.evaluations, pool.seconds + own.seconds)
+
+    @property
+    def beaten(self) -> npt.NDArray[np.int64]:
+        """Array (k,), the tasks on which it found a better design than the best known."""
+        beaten = (self.regret[:, :, -1] < -CERTAINTY).any(axis=0)
+        return np.asarray(self.rows[beaten])
 
 
 def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
@@ -119,13 +129,12 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
 
 def _entry(logs: Sequence[EvaluationLog]) -> Entry:
     setting = logs[0].setting
-    problem, split = load_split(setting.problem, setting.split)
-    if (setting.hash, setting.sha256) != (
-        problem.hash(),
-        sha256(split_path(setting.problem, setting.split)),
-    ):
+    folder = splits_folder(setting)
+    problem, split = load_split(setting.problem, setting.split, folder)
+    own = sha256(split_file(problem, setting.split, folder))
+    if (setting.hash, setting.sha256) != (problem.hash(), own):
         raise ValueError(
-            f"the log of {setting.method} belongs to another version of {setting.problem} or its "
+            f"the log of {setting.method} belongs to another version of {problem.name} or its "
             f"{setting.split} split: run it again"
         )
     rows = logs[0].rows
@@ -145,7 +154,18 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         version=logs[0].version,
         command=logs[0].command,
         training=logs[0].training,
+        pool=_pool_cost(setting, problem),
+        part=0 < setting.pool < count_tasks(split_file(problem, "train", folder)),
     )
+
+
+def _pool_cost(setting: Setting, problem: DesignProblem) -> Cost:
+    """Return what it cost to solve the training tasks that a method knew."""
+    if setting.pool == 0:
+        return Cost()
+    path = split_file(problem, "train", splits_folder(setting))
+    whole, share = manifest(path.parent)[path.name], setting.pool / count_tasks(path)
+    return Cost(round(share * whole.evaluations), share * whole.seconds)
 
 
 def compare(one: Entry, k: int, other: Entry, other_k: int) -> Duel:

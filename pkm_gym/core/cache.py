@@ -121,10 +121,16 @@ class KernelCache(_Cache):
         kept, function = folder(), self._dispatcher.py_func
         if kept is None or " at 0x" in repr(sig):  # a function as an argument: no name outlasts it
             return None
-        told = (VERSIONS, codegen.magic_tuple(), sig, *ingredients(self._dispatcher))
+        told = (VERSIONS, codegen.magic_tuple(), *_spelled(sig), *ingredients(self._dispatcher))
         digest = hashlib.sha256(repr(told).encode())
         name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
         return kept / f"{name[-100:]}-{digest.hexdigest()[:32]}.kernel"
+
+
+def _spelled(sig: Any) -> tuple[str, ...]:
+    """Return the types of a signature in words that tell row classes of one name apart."""
+    rows = [getattr(item, "instance_class", None) for item in sig]
+    return repr(sig), *(f"{row.__module__}.{row.__qualname__}" for row in rows if row)
 
 
 def _read(path: Path) -> bytes | None:

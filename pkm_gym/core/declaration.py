@@ -112,6 +112,12 @@ class Declaration:
             if objective.name not in units:
                 raise TypeError(f"{self.name}: the objective {objective.name!r} is no index")
         self._calibrate(units)
+        for split, number in self.splits.items():
+            if split not in SPLITS or number < 1:
+                raise TypeError(
+                    f"{self.name}: the split {split!r} has {number} tasks: it must be one of "
+                    f"{', '.join(SPLITS)}, with at least 1"
+                )
         object.__setattr__(self, "constraints", tuple(self.constraints))
         if not self.environment:
             object.__setattr__(self, "environment", environment_name(self.name))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
@@ -39,6 +40,17 @@ class IndexMap(NamedTuple):
         if self.kind == "mean":
             return None
         return int(np.nanargmax(self.values) if self.kind == "max" else np.nanargmin(self.values))
+
+
+class Symmetry(NamedTuple):
+    """Poses at which a machine is its own image, so that its local indices are the same.
+
+    ``pose`` maps poses (..., k) to their images, ``joints`` their joint coordinates (..., k).
+    """
+
+    words: str
+    pose: Callable[[FloatArray], FloatArray]
+    joints: Callable[[FloatArray], FloatArray]
 
 
 def dimension(unit: str, doc: str, *, low: float = 0.0, high: float = 1e6, **options: Any) -> Any:
@@ -120,6 +132,10 @@ class Mechanism(ABC):
         found = np.empty((len(flat), *shape))
         kernel(self.work * len(flat), flat, *arguments, found)
         return found.reshape(rows.shape[:-1] + shape)
+
+    def symmetries(self) -> tuple[Symmetry, ...]:
+        """Return what maps the machine to itself; what they do one after the other follows."""
+        return ()
 
     # Where limits are looked for ------------------------------------------------------------------
 

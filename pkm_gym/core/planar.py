@@ -16,7 +16,7 @@ import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import cross2, dot2, squared_singular_values
-from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, dimension
+from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, Symmetry, dimension
 from pkm_gym.core.sampling import rectangle
 from pkm_gym.core.types import FloatArray
 
@@ -246,6 +246,16 @@ class PlanarMachine(Mechanism):
         """Return the velocity, which is the rate of the pose."""
         del pose
         return np.array(pose_rate, dtype=float)
+
+    def symmetries(self) -> tuple[Symmetry, ...]:
+        """Return the mirror between the drives."""
+        return (
+            Symmetry(
+                "mirrored in x = 0",
+                lambda pose: np.asarray(pose, dtype=float) * [-1.0, 1.0],
+                lambda joints: np.pi - np.asarray(joints, dtype=float)[..., ::-1],
+            ),
+        )
 
     def local_indices(self, pose: FloatArray) -> dict[str, FloatArray]:
         """Return sigma_max, sigma_min of l1 J, sin_alpha and the smaller sin_beta: name -> (...).

@@ -117,7 +117,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         problem: str,
         *,
         family: bool = False,
-        budget: int = 12,
+        budget: int | None = None,
         step_first: float = 1.0,
         step_decay: float = 0.5,
         step_min: float = 5e-4,
@@ -135,7 +135,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         Args:
             problem: name of the problem, such as "diamond".
             family: draw a new task for each episode; otherwise it is the problem's.
-            budget: steps, and so evaluations, of an episode.
+            budget: steps, and so evaluations, of an episode; 12 unless the problem declares more.
             step_first: size of the first step, a share of the range.
             step_decay: ratio of the next step to this one.
             step_min: the smallest step.
@@ -158,7 +158,13 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
         self.problem = make_problem(problem, **arguments)
         self.rules = Rules(
-            budget, step_first, step_decay, step_min, action_mode, reward, regret_floor
+            self.problem.declared.evaluations if budget is None else budget,
+            step_first,
+            step_decay,
+            step_min,
+            action_mode,
+            reward,
+            regret_floor,
         )
         self.opening = Opening(
             self.problem, family=family, start=start, pool=pool, regret=reward == "regret"

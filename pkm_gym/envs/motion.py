@@ -121,8 +121,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         problem: str,
         *,
         design: Mapping[str, float] | Sequence[float] | FloatArray | None = None,
-        speed: float = 1.0,
-        frame_skip: int = 5,
+        speed: float | None = None,
+        frame_skip: int | None = None,
         force_limit: float | None = None,
         error_limit: float = 0.05,
         loop_limit: float = 1e-3,
@@ -141,8 +141,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             problem: name of the problem, such as "diamond".
             design: the machine that is driven, by default the printed one: a mapping of the
                 variables or an array (d,), SI units.
-            speed: of the path, in paths of the paper.
-            frame_skip: steps of MuJoCo in a step.
+            speed: of the path, in paths of the paper; None: as the problem declares, or 1.
+            frame_skip: steps of MuJoCo in a step; None: as the problem declares, or 5.
             force_limit: N or N m, what an action of 1 means; None: three times what the printed
                 design needs on the path.
             error_limit: m, how far from the path the episode ends.
@@ -165,8 +165,11 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         check_whole("width", width)
         check_whole("height", height)
         self.problem = make_problem(problem, **arguments)
+        usual = {"speed": 1.0, "frame_skip": 5} | dict(self.problem.declared.motion or {})
         self.rules = MotionRules(
-            speed, frame_skip, force_limit, error_limit, loop_limit, effort_weight, limit_weight,
+            usual["speed"] if speed is None else speed,
+            usual["frame_skip"] if frame_skip is None else frame_skip,
+            force_limit, error_limit, loop_limit, effort_weight, limit_weight,
             start, start_offset,
         )  # fmt: skip
         self.render_mode = render_mode

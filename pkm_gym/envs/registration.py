@@ -22,7 +22,7 @@ def register_environments() -> None:
     for declaration in own_declarations():
         register_problem(declaration.name, declaration)
     for _, where, environment in installed_environments():
-        _register_ids(environment, where, {}, {})
+        _register_ids(environment, where, {})
 
 
 def register_problem(where: str, declaration: Declaration) -> None:
@@ -32,26 +32,23 @@ def register_problem(where: str, declaration: Declaration) -> None:
         where: what the environments make it from: its name, or "module:Class".
         declaration: what is declared of it.
     """
-    budget = {} if declaration.evaluations == 12 else {"budget": declaration.evaluations}
-    _register_ids(declaration.environment, where, budget, declaration.motion)
+    _register_ids(declaration.environment, where, declaration.motion)
 
 
 def environment_ids(declaration: Declaration) -> tuple[str, ...]:
-    """Return the ids of a declared problem that are registered."""
-    kinds = ("", "Family", "Motion")
+    """Return the ids of a declared problem that are registered; without a twin nothing moves."""
+    kinds = ("", "Family") if declaration.motion is None else ("", "Family", "Motion")
     ids = [f"PKM/{declaration.environment}{kind}-v0" for kind in kinds]
     return tuple(env_id for env_id in ids if env_id in registry)
 
 
-def _register_ids(
-    environment: str, where: str, budget: Mapping[str, Any], motion: Mapping[str, Any] | None
-) -> None:
+def _register_ids(environment: str, where: str, motion: Mapping[str, Any] | None) -> None:
     for kind, family in (("", False), ("Family", True)):
         _register(
             f"PKM/{environment}{kind}-v0",
             entry_point=DESIGN,
             vector_entry_point=VECTOR,
-            kwargs={"problem": where, "family": family, **budget},
+            kwargs={"problem": where, "family": family},
         )
     if motion is not None:
         kwargs = {"problem": where, **motion}

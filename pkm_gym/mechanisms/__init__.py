@@ -8,21 +8,25 @@ name = "module:Class"), or write "module:Class" wherever a name is taken.
 from __future__ import annotations
 
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from pkgutil import iter_modules
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from pkm_gym.core.declaration import Declaration, environment_name
-from pkm_gym.core.names import check_known
+from pkm_gym.core.names import check_known, imported
 
 if TYPE_CHECKING:
     from pkm_gym.core.problem import DesignProblem
 
 GROUP = "pkm_gym.mechanisms"
+
+ENVIRONMENTS = "pkm_gym.envs.registration:register_problem"  # of a higher room
 
 # Problems from outside that this process knows: name -> "module:Class".
 _registered: dict[str, str] = {}
@@ -52,6 +56,24 @@ def own_declarations() -> tuple[Declaration, ...]:
     )
 
 
+def usable_problems() -> tuple[str, ...]:
+    """Return the names of the known design problems that can be had, with a warning of the others.
+
+    Those from outside are imported for it.
+    """
+    own = {declaration.name for declaration in own_declarations()}
+    usable = []
+    for name in problems():
+        try:
+            if name not in own:
+                problem_type(name)
+        except ValueError as error:
+            warnings.warn(str(error), stacklevel=2)
+        else:
+            usable.append(name)
+    return tuple(usable)
+
+
 def problem_type(name: str) -> type[DesignProblem]:
     """Return the class of a design problem, by name or "module:Class".
 
@@ -61,9 +83,7 @@ def problem_type(name: str) -> type[DesignProblem]:
     """
     if ":" in name:
         found = _loaded(name)
-        known = addresses().get(found.name, address(found))
-        if known != address(found):
-            raise ValueError(f"{name} is called {found.name!r}, as {known} is: rename one of them")
+        _check_alone(found)
         return found
     known_addresses = addresses()
     check_known("mechanism", [name], known_addresses)
@@ -94,18 +114,37 @@ def register(problem: type[DesignProblem]) -> None:
         ValueError: for a name that another problem has.
     """
     from pkm_gym.core.problem import DesignProblem
-    from pkm_gym.envs.registration import register_problem
 
     if not (isinstance(problem, type) and issubclass(problem, DesignProblem)):
         raise TypeError(f"register takes a class of DesignProblem, not {problem!r}")
     where = address(problem)
     if _imported(where) is not problem:
         raise TypeError(f"{where} is not {problem!r}: define it at the top of a module")
-    known = addresses().get(problem.name, where)
-    if known != where:
-        raise ValueError(f"{where} is called {problem.name!r}, as {known} is: rename one of them")
+    _check_alone(problem)
     _registered[problem.name] = where
-    register_problem(where, problem.declared)
+    imported(ENVIRONMENTS)(where, problem.declared)
+
+
+def register_module(module: str) -> dict[str, str]:
+    """Import a module and register the design problems that it defines.
+
+    Returns:
+        "module:Class" of each -> the id of its Family, or of its one task where it draws none.
+
+    Raises:
+        ValueError: for a module that can't be imported, or a name that another problem has.
+    """
+    from pkm_gym.core.problem import DesignProblem
+
+    found = {}
+    for item in list(vars(_module(module, module)).values()):
+        own = isinstance(item, type) and item.__module__ == module
+        if own and issubclass(item, DesignProblem) and "declared" in vars(item):
+            register(item)
+            drawn = any(variable.drawn for variable in item.task_type.variables())
+            kind = "Family" if drawn else ""
+            found[address(item)] = f"PKM/{item.declared.environment}{kind}-v0"
+    return found
 
 
 def make_problem(name: str, **arguments: Any) -> DesignProblem:
@@ -133,8 +172,17 @@ def address(problem: type[DesignProblem]) -> str:
 
 
 def called(problem: DesignProblem) -> str:
-    """Return what a command calls a problem: its name, or "module:Class" where that is unknown."""
-    return problem.name if problem.name in addresses() else address(type(problem))
+    """Return what a command calls a problem: its name, or "module:Class" if it isn't installed."""
+    return problem.name if problem.name in _installed() else lasting(problem)
+
+
+def lasting(problem: DesignProblem) -> str:
+    """Return what a file or another process calls a problem: "module:Class" of one from outside.
+
+    A process that has not registered it, or where it isn't installed, finds it by that too.
+    """
+    own = {declaration.name for declaration in own_declarations()}
+    return problem.name if problem.name in own else address(type(problem))
 
 
 def installed_environments() -> Iterator[tuple[str, str, str]]:
@@ -156,6 +204,14 @@ def _installed() -> dict[str, str]:
     return found
 
 
+def _check_alone(problem: type[DesignProblem]) -> None:
+    """Refuse a problem whose name another one has."""
+    where = address(problem)
+    known = addresses().get(problem.name, where)
+    if known != where and _loaded(known) is not problem:
+        raise ValueError(f"{where} is called {problem.name!r}, as {known} is: rename one of them")
+
+
 def _loaded(where: str) -> type[DesignProblem]:
     from pkm_gym.core.problem import DesignProblem
 
@@ -170,13 +226,32 @@ def _loaded(where: str) -> type[DesignProblem]:
 def _imported(where: str) -> Any:
     """Import "module:Class"; the current folder is the last place that is looked at."""
     module, _, attribute = where.partition(":")
+    found = _module(module, where)
+    if not hasattr(found, attribute):
+        raise ValueError(f"the module {module!r} has no {attribute!r}: wanted {where!r}")
+    return getattr(found, attribute)
+
+
+def _module(module: str, where: str) -> ModuleType:
     if "" not in sys.path:
         sys.path.append("")
     try:
-        return getattr(import_module(module), attribute)
+        return import_module(module)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
-            raise
+            raise ValueError(f"the mechanism {where!r} needs {error.name}: install it") from error
         raise ValueError(f"there is no module {error.name!r} for the mechanism {where!r}") from None
-    except AttributeError:
-        raise ValueError(f"the module {module!r} has no {attribute!r}: wanted {where!r}") from None
+    except Exception as error:  # whatever somebody's module does
+        raise ValueError(f"the mechanism {where!r} can't be imported: {_cause(error)}") from error
+
+
+def _cause(error: Exception) -> str:
+    """Say in one line what an import ended with, and where."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    file, line = (
+        (error.filename, error.lineno)
+        if isinstance(error, SyntaxError)
+        else (last.filename, last.lineno)
+    )
+    said = (str(error.msg) if isinstance(error, SyntaxError) else str(error)).splitlines()
+    return f"{type(error).__name__}: {said[0] if said else 'no reason'} ({file}, line {line})"

@@ -13,8 +13,9 @@ from rich.console import Console
 
 from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
-from pkm_gym.benchmark.run import Rows, run
-from pkm_gym.benchmark.splits import SPLITS
+from pkm_gym.benchmark.run import Rows, run, splits_folder
+from pkm_gym.benchmark.splits import count_tasks, split_file
+from pkm_gym.mechanisms import make_problem
 from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import counter
 
@@ -35,7 +36,8 @@ def planned(setting: Setting, tasks: int, folder: Path) -> Plan:
     most = find_method(setting.method).tasks
     rows = np.arange(tasks if most is None else min(tasks, most))
     words = [setting.method.replace(":", "."), f"{setting.budget}"]
-    words += [f"pool{setting.pool}"] if 0 < setting.pool < SPLITS["train"] else []
+    trained = split_file(make_problem(setting.problem), "train", splits_folder(setting))
+    words += [f"pool{setting.pool}"] if 0 < setting.pool < count_tasks(trained) else []
     words += [f"noise{setting.noise:g}"] if setting.noise else []
     words += [f"delay{setting.delay:g}"] if setting.delay else []
     return Plan(setting, rows, folder / f"{'-'.join((*words, f'seed{setting.seed}'))}.npz")

@@ -20,6 +20,7 @@ from pkm_gym.benchmark.scoring import (
 )
 from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after
 from pkm_gym.core.files import whole_file
+from pkm_gym.mechanisms import problem_type
 from pkm_gym.studies.cli.terminal import FAINT, section, table
 
 PER_CENT = 100.0
@@ -32,13 +33,20 @@ EQUAL = (1, 2, 4, 8, 12, 16, 24)  # evaluations of both
 def show(screen: Console, entries: Sequence[Entry]) -> None:
     """Print the standings of a problem's split: one set of tables for each track."""
     setting = entries[0].setting
-    screen.print(section(f"{setting.problem}, {setting.split}: regret in per cent of the optimum"))
+    name = problem_type(setting.problem).name
+    screen.print(section(f"{name}, {setting.split}: regret in per cent of the optimum"))
     for track in sorted({entry.track for entry in entries}):
         own = [entry for entry in entries if entry.track == track]
         screen.print(section(track))
         screen.print(_scores(own))
         screen.print(_medians(own))
         screen.print(_shares(own))
+    for entry in entries:
+        if len(entry.beaten):
+            screen.print(
+                f"{entry.name} is better than the best known, not certified, on tasks "
+                f"{', '.join(map(str, entry.beaten))}"
+            )
     if any(entry.violation.size for entry in entries):
         screen.print(section("unsolvable tasks: log merit above the least violation known"))
         screen.print(_violations(entries))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -13,7 +15,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
-from pkm_gym.mechanisms import problem_type
+from pkm_gym.mechanisms import problem_type, usable_problems
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
@@ -79,7 +81,7 @@ def design_from(
     objective: Sequence[str] | None = None,
     **options: Any,
 ) -> GivenDesign:
-    """Return the design in ``set_``, and its problem: what is not given stays as printed.
+    """Return the design in ``set_``, and its problem: what isn't given is as printed or by default.
 
     The arguments are those of ``problem_from``; ``set_`` may hold variables or dimensions too.
 
@@ -96,15 +98,16 @@ def design_from(
     given = {key: parse(text, units[key], what=key) for key, text in settings.design.items()}
     values, changes = problem.from_dimensions(given, problem.task)
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
-    printed = {**problem.reference.design, **problem.fixed}
+    default = dict(zip(problem.variable_names, problem.printed_design().tolist(), strict=True))
     notes = [
         f"{', '.join(given)} set task.{item.name} = {show(value, item.unit)} ({item.doc})"
         for item, value in _fields(problem, changes)
     ]
     kept = [key for key in problem.variable_names if key not in values]
     if values and kept:
-        notes.append(f"{', '.join(kept)} as printed in the paper")
-    design = problem.design({**printed, **values})
+        origin = "as printed in the paper" if problem.reference else "as in the default design"
+        notes.append(f"{', '.join(kept)} {origin}")
+    design = problem.design({**default, **values})
     return GivenDesign(problem, design, task, tuple(notes), tuple(given))
 
 
@@ -215,6 +218,16 @@ def _fields(
 ) -> Iterable[tuple[TaskVariable, float]]:
     items = {item.name: item for item in problem.task_variables}
     return ((items[name], value) for name, value in changes.items())
+
+
+def known_problems() -> tuple[str, ...]:
+    """Return the names of the problems that can be had, with a line on stderr for each other."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        names = usable_problems()
+    for warning in caught:
+        print(f"pkm-gym: {warning.message}", file=sys.stderr)
+    return names
 
 
 def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[str, ...]]:

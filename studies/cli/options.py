@@ -93,6 +93,16 @@ StorageOption: TypeAlias = Annotated[
     ),
 ]
 
+SplitsOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--folder",
+        metavar="FOLDER",
+        help="Of the splits, where `pkm-gym splits -o` wrote them elsewhere.",
+        show_default=False,
+    ),
+]
+
 SeedOption: TypeAlias = Annotated[
     int, typer.Option(metavar="S", min=0, help="Of the random numbers.")
 ]

@@ -7,6 +7,8 @@ import shlex
 import sys
 from pathlib import Path
 
+from pkm_gym.mechanisms import problem_type
+
 RUNS = Path("runs")
 
 
@@ -18,10 +20,16 @@ def run_folder(name: str) -> Path:
 def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) -> Path:
     """Return where to write: ``out``, or a file of the first form in the problem's folder.
 
+    Args:
+        out: the file, if one was said.
+        name: of the problem, or "module:Class".
+        stem: of the file in the problem's folder.
+        forms: endings that the file's name may have.
+
     Raises:
-        ValueError: for a name of another form.
+        ValueError: for an unknown problem, or a file's name of another form.
     """
-    path = out or run_folder(name) / f"{stem}{forms[0]}"
+    path = out or run_folder(problem_type(name).name) / f"{stem}{forms[0]}"
     if path.suffix.lower() not in forms:
         raise ValueError(f"can't write {str(path)!r}: its name must end in {' or '.join(forms)}")
     return path

@@ -84,7 +84,7 @@ def compare(
     starts = [problem.printed_design()[None]]
     rows = paper_rows(problem, optimum)
     if problem.grid() is None:
-        rows.append(Row("grid: none printed", None))
+        rows += [Row("grid: none printed", None)] if problem.reference else []
     else:
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))

@@ -12,6 +12,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import show
+from pkm_gym.mechanisms import called
 from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import HEAD
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
@@ -117,7 +118,7 @@ def summary(best: Evaluation) -> list[str]:
     lines += _beside_paper(best)
     files = ", ".join(("grid.nc", "compare.md", "compare.json", PICTURE))
     lines.append(f"files: {files} in {folder}; studies in {default_storage(problem.name)}")
-    lines.append(f"look at it: pkm-gym dashboard {problem.name}")
+    lines.append(f"look at it: pkm-gym dashboard {called(problem)}")
     return lines
 
 

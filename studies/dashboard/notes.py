@@ -52,13 +52,14 @@ def _sentences(problem: DesignProblem) -> Iterator[str]:
     ]
     space += [f"{name} = {value:g}" for name, value in problem.fixed.items()]
     yield f"Over {', '.join(space)}."
-    paper = problem.task_type()
+    default = problem.task_type()
     changed = [
         f"{v.name} = {getattr(problem.task, v.name):g} {v.unit}".rstrip()
         for v in problem.task_variables
-        if getattr(problem.task, v.name) != getattr(paper, v.name)
+        if getattr(problem.task, v.name) != getattr(default, v.name)
     ]
-    yield f"The paper's task{', with ' + ', '.join(changed) if changed else ''}."
+    whose = "paper's" if problem.reference else "default"
+    yield f"The {whose} task{', with ' + ', '.join(changed) if changed else ''}."
 
 
 def write_graphs(study: Study, problem: DesignProblem) -> None:

@@ -12,8 +12,7 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 from optuna.artifacts import FileSystemArtifactStore
 from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all__
 
-from pkm_gym.core.names import check_known
-from pkm_gym.mechanisms import problems
+from pkm_gym.mechanisms import problem_type
 from pkm_gym.studies.cli.runs import RUNS, redacted
 from pkm_gym.studies.storage.storages import (
     JOURNAL,
@@ -91,10 +90,10 @@ def storages(name: str | None = None, storage: str | None = None) -> list[str]:
         ValueError: in one sentence, for an unknown mechanism, two choices at once, or none found.
     """
     if name is not None:
-        check_known("mechanism", [name], problems())
+        own = problem_type(name).name
         if storage is not None:
             raise ValueError(f"{name} and --storage name two storages: leave one out")
-        return [default_storage(name)]
+        return [default_storage(own)]
     if storage is not None:
         return [storage]
     journals = sorted(map(str, RUNS.glob(f"*/{JOURNAL}")))

@@ -14,7 +14,7 @@ from pkm_gym.studies.cli.runs import run_folder
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
-from pkm_gym.studies.grid.designs import STEP, grid_designs, grid_name
+from pkm_gym.studies.grid.designs import grid_designs, grid_name, steps_in_words
 from pkm_gym.studies.search.samplers import constraints_of
 from pkm_gym.studies.storage.storages import artifact_folder, default_storage, open_storage, quiet
 from pkm_gym.studies.storage.studies import count_finished, open_study
@@ -62,7 +62,7 @@ def grid(
     Args:
         problem: what is evaluated, with its task.
         step: of a grid over the bounds, in the variables' SI units; without one it is the paper's
-            grid, or where the paper has none, ours with the step 0.01.
+            grid, or where there is none, ours with the steps that the variables declare.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
         name: of the study; the problem's name, "grid" and the step by default.
         output: the atlas; runs/NAME/grid.nc by default.
@@ -101,5 +101,5 @@ def grid_line(evaluation: Evaluation, step: float | None = None) -> str:
     """Return how many designs a grid has, whose it is and how many are feasible."""
     whose, feasible = grid_name(evaluation.problem, step), int(evaluation.feasible.sum())
     if whose == "our grid":
-        whose += f" (a step of {STEP if step is None else step:g} over the bounds)"
+        whose += f" (a step of {steps_in_words(evaluation.problem, step)} over the bounds)"
     return f"{len(evaluation):,} designs of {whose}, {feasible:,} feasible"

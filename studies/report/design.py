@@ -66,7 +66,7 @@ class Report:
 
     @property
     def is_printed(self) -> bool:
-        """Whether it is the paper's design and task."""
+        """Whether it is the paper's design and task; the default ones where there is no paper."""
         paper = (*self.problem.printed_design(), *self.problem.task_type().pack())
         own = (*self.given.design, *self.given.task.pack())
         return bool(np.allclose(own, paper, rtol=1e-9, atol=0.0))
@@ -123,7 +123,8 @@ def content(report: Report) -> dict[str, Any]:
 def show_report(screen: Console, report: Report) -> None:
     """Print all that is said of a design."""
     problem, evaluation = report.problem, report.evaluation
-    what = "the design that the paper prints" if report.is_printed else report.title
+    whose = "the design that the paper prints" if problem.reference else "the default design"
+    what = whose if report.is_printed else report.title
     screen.print(Text.assemble((problem.name, HEAD), f": {what}"))
     for note in report.notes:
         screen.print(note, style=FAINT)
@@ -172,24 +173,15 @@ def _indices(report: Report) -> Table:
 def _limits(report: Report) -> Table:
     """Return each limit's margin in words, dimensionless as the constraints are."""
     rows = table("limit", "verdict", "margin", numbers=["margin"])
-    undefined = _undefined(report)
+    defined = dict(zip(report.constraints, report.evaluation.defined[0], strict=True))
     for name, value in report.constraints.items():
-        if name in undefined:
+        if not defined[name]:
             rows.add_row(name, Text("undefined", style=FAINT), "")
         elif value > 0.0:
             rows.add_row(name, Text("broken", style=BAD), _margin(value))
         else:
             rows.add_row(name, Text("holds", style=GOOD), _margin(value))
     return rows
-
-
-def _undefined(report: Report) -> set[str]:
-    """Return the limits that can't be evaluated: they share one value, 1 + the reach violation."""
-    if all(map(isfinite, report.indices.values())):
-        return set()
-    values = list(report.constraints.values())
-    shared = max(values, key=values.count)
-    return {name for name, value in report.constraints.items() if value == shared >= 1.0 - 1e-6}
 
 
 def _paper(report: Report) -> Iterator[RenderableType]:

@@ -119,6 +119,8 @@ def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float
 def asks_the_papers_task(problem: DesignProblem) -> bool:
     """Whether the printed design answers the problem: the paper's task, nothing else fixed."""
     design = problem.reference.design
+    if not problem.reference:
+        return False
     kept = all(math.isclose(design[name], value) for name, value in problem.fixed.items())
     return kept and problem.task == problem.task_type()
 
@@ -161,7 +163,10 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
 
 
 def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
-    """Return the rows of the paper, of one evaluated design and of the verified optimum."""
+    """Return the rows of the paper, of one evaluated design and of the verified optimum.
+
+    Of what there is: a problem may have no paper, and no recorded optimum.
+    """
     optimum = recorded_optimum(best.problem)
     last = optimum_row(optimum) if optimum else None
     rows = [*paper_rows(best.problem, last), row_of(name, best, 0, last)]

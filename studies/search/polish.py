@@ -52,11 +52,13 @@ def verified_optimum(problem: DesignProblem) -> Row | None:
 def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
     """Return where the best design of a storage's studies of just this problem is from, and it.
 
-    Without such a study it is the printed design. The design is an array (1, d).
+    Without such a study it is the printed design, or the default one where there is no paper. The
+    design is an array (1, d).
     """
+    origin = "the printed design" if problem.reference else "the default design"
     best: dict[str, FloatArray] = {}
     if not exists(where):
-        return "the printed design", problem.printed_design()[None]
+        return origin, problem.printed_design()[None]
     storage = open_storage(where, create=False)
     for name in study_names(storage):
         study = load_study(study_name=name, storage=storage)
@@ -64,7 +66,7 @@ def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
             designs = designs_of(study, problem)
             best[name] = designs[problem.evaluate(designs).best()]
     if not best:
-        return "the printed design", problem.printed_design()[None]
+        return origin, problem.printed_design()[None]
     names, designs = list(best), np.array(list(best.values()))
     i = problem.evaluate(designs).best()
     return f"the best of the study {names[i]}", designs[i : i + 1]

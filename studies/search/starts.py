@@ -31,6 +31,8 @@ def warm_designs(problem: DesignProblem, source: str, where: str) -> FloatArray:
         ValueError: in one sentence, if there are none.
     """
     if source == "paper":
+        if not problem.reference:
+            raise ValueError(f"{problem.name} has no paper to start from: it prints no design")
         designs = problem.printed_design()[None]
     elif source == "grid":
         designs = grid_designs(problem)

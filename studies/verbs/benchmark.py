@@ -8,18 +8,20 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
-from pkm_gym.benchmark.methods import METHODS
+from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.run import setting
-from pkm_gym.benchmark.splits import SPLITS
+from pkm_gym.benchmark.splits import load_split
 from pkm_gym.benchmark.standings import standings
+from pkm_gym.core.declaration import SPLITS
 from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
-from pkm_gym.studies.cli.options import Name
+from pkm_gym.studies.cli.options import Name, SplitsOption
 from pkm_gym.studies.cli.runs import run_folder
-from pkm_gym.studies.cli.terminal import console
+from pkm_gym.studies.cli.terminal import FAINT, console
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3
@@ -44,8 +46,14 @@ def command(
         ),
     ] = None,
     tasks: Annotated[
-        int, typer.Option(metavar="N", min=1, help="The first N tasks of the split.")
-    ] = QUICK_TASKS,
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help=f"The first N tasks of the split; {QUICK_TASKS} if not said.",
+            show_default=False,
+        ),
+    ] = None,
     seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of each.")] = QUICK_SEEDS,
     full: Annotated[
         bool, typer.Option("--full", help=f"All tasks, {FULL_SEEDS} seeds: some hours.")
@@ -59,7 +67,7 @@ def command(
             metavar="N",
             min=1,
             help="Training tasks that a transfer method may know; repeat it for several.",
-            show_default=str(SPLITS["train"]),
+            show_default="all",
         ),
     ] = None,
     noise: Annotated[
@@ -72,36 +80,40 @@ def command(
     jobs: Annotated[
         int, typer.Option(metavar="N", min=1, help="Processes.", show_default="all cores")
     ] = os.cpu_count() or 1,
+    splits: SplitsOption = None,
     leaderboard: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Enter the results here.", show_default=False),
     ] = None,
 ) -> None:
-    """Run methods on tasks whose optima are certified, and rank them by regret.
+    """Run methods on tasks whose optima are known, and rank them by regret.
 
-    Every evaluation on a task counts. Everything that was evaluated is kept in
-    runs/NAME/benchmark/SPLIT, and runs that are there already are not repeated: stopped by
-    Ctrl-C, the same command goes on where it was.
+    Without --method it is all that can be run: those that learn from training tasks need a split of
+    them, the designer a trained one. Every evaluation on a task counts. Everything that was
+    evaluated is kept in runs/NAME/benchmark/SPLIT, and runs that are there already are not
+    repeated: stopped by Ctrl-C, the same command goes on where it was.
 
     Example: pkm-gym benchmark diamond --split val --method my_package:my_method --tasks 256
     """
     if split not in MEASURED:
         raise ValueError(f"split is {split!r}: methods are measured on {', '.join(MEASURED)}")
-    number, repeats = (SPLITS[split], FULL_SEEDS) if full else (tasks, seeds)
-    if number > SPLITS[split]:
-        raise ValueError(f"--tasks is {number}: {split} has {SPLITS[split]} tasks")
-    folder = run_folder(name) / "benchmark" / split
+    problem, solved = load_split(name, split, splits)
+    most = len(solved)
+    if tasks is not None and tasks > most:
+        raise ValueError(f"--tasks is {tasks}: {split} has {most} tasks")
+    number, repeats = (most, FULL_SEEDS) if full else (tasks or min(QUICK_TASKS, most), seeds)
+    folder, screen = run_folder(problem.name) / "benchmark" / split, console()
+    sizes: list[int | None] = [*pool] if pool else [None]  # None: all of them
     settings = [
         setting(
             name, split, chosen, seed=seed, evaluations=evaluations, pool=size, noise=noise,
-            delay=delay,
+            delay=delay, folder=splits,
         )
         for chosen, size, seed in product(
-            method or METHODS, pool or [SPLITS["train"]], range(repeats)
+            method or _possible(name, splits, screen), sizes, range(repeats)
         )
     ]  # fmt: skip
     plans = [planned(one, number, folder) for one in dict.fromkeys(settings)]
-    screen = console()
     try:
         logs = run_plans(plans, jobs, screen)
     except KeyboardInterrupt:
@@ -117,3 +129,20 @@ def command(
     if leaderboard:
         enter(entries, leaderboard)
     screen.print(f"written: {folder}", soft_wrap=True)
+
+
+def _possible(name: str, splits: Path | None, screen: Console) -> list[str]:
+    """Return the methods that can be run on a problem; say why the others can't."""
+    possible = []
+    for chosen in METHODS:
+        found = find_method(chosen)
+        try:
+            if found.knowledge == "transfer":
+                load_split(name, "train", splits)
+            if found.training:
+                found.training(name)
+        except ValueError as reason:
+            screen.print(f"without {chosen}: {reason}", style=FAINT)
+        else:
+            possible.append(chosen)
+    return possible

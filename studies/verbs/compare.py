@@ -52,5 +52,5 @@ def command(
     screen.print(rich_table(problem, comparison.rows))
     if comparison.verdict:
         screen.print(comparison.verdict)
-    written = save(comparison, run_folder(name), own_command())
+    written = save(comparison, run_folder(problem.name), own_command())
     screen.print(f"written: {', '.join(map(str, written))}", soft_wrap=True)

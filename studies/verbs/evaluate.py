@@ -25,13 +25,13 @@ def command(
     picture: PictureOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Evaluate a design of your own; without one, the design that the paper prints.
+    """Evaluate a design of your own; without one, the one that the paper prints.
 
     Example: pkm-gym evaluate diamond --set e=150mm l1=250mm l2=640mm H=493mm task.payload=1kg
     """
     report = _evaluate(name, set_, objective)
     if picture is None and not as_json:
-        picture = run_folder(name) / "evaluate.png"
+        picture = run_folder(report.problem.name) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
     if as_json:

@@ -37,9 +37,9 @@ def command(
     pictures, solids = figures_of(name)
     drawn = [*pictures, *solids]
     if not drawn:
-        raise ValueError(f"{name} has no figures")
+        raise ValueError(f"{problem_type(name).name} has no figures")
     check_known("figure", only or (), drawn)
-    write(name, only or drawn, out or run_folder(name) / "figures", form)
+    write(name, only or drawn, out or run_folder(problem_type(name).name) / "figures", form)
 
 
 def figures_of(name: str) -> tuple[Pictures, Solids]:
@@ -49,7 +49,7 @@ def figures_of(name: str) -> tuple[Pictures, Solids]:
         ValueError: for an unknown problem, with its closest match.
     """
     kind = problem_type(name)
-    package = kind.__module__.rpartition(".")[0]
+    package = kind.declared.package
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
     return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in ("PICTURES", "SOLIDS"))

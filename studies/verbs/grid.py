@@ -32,7 +32,7 @@ def command(
         typer.Option(
             metavar="S",
             help="Evaluate our grid, this step in SI apart in every variable over its bounds, in "
-            "place of the paper's; 0.01 where the paper has none.",
+            "place of the paper's; where there is none, the step that each variable declares.",
             show_default=False,
         ),
     ] = None,
@@ -51,7 +51,7 @@ def command(
 ) -> None:
     """Evaluate the paper's grid in one call, write all of it to a file and log its best designs.
 
-    Where the paper has no grid, or with --step, it is one of ours. The file is NetCDF:
+    Where there is no such grid, or with --step, it is one of ours. The file is NetCDF:
     xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective)
@@ -66,7 +66,7 @@ def command(
     if not feasible:
         screen.print("no design of the grid is feasible, so none is logged", style=BAD)
     else:
-        where = redacted(storage or default_storage(name))
+        where = redacted(storage or default_storage(problem.name))
         logged = f"{study_name or grid_study_name(problem, step)} in {where}"
         screen.print(f"study: {logged}, the best {min(feasible, LOGGED)} designs", soft_wrap=True)
-    screen.print(f"atlas: {output or run_folder(name) / 'grid.nc'}", soft_wrap=True)
+    screen.print(f"atlas: {output or run_folder(problem.name) / 'grid.nc'}", soft_wrap=True)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-import gymnasium
 import typer
 from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import converted, shown
-from pkm_gym.mechanisms import declaration, make_problem, problems
+from pkm_gym.envs.registration import environment_ids
+from pkm_gym.mechanisms import declaration, make_problem, problem_type, register
+from pkm_gym.studies.cli.arguments import known_problems
 from pkm_gym.studies.cli.terminal import FAINT, HEAD, console, section, table
 
 
@@ -25,18 +26,19 @@ def command(
     if name is None:
         _show_all(screen)
     else:
+        register(problem_type(name))
         _show_one(screen, make_problem(name, **declaration(name).reporting))
 
 
 def _show_all(screen: Console) -> None:
     rows = table("mechanism", "problem", "variables", "objectives")
-    for name in problems():
+    for name in known_problems():
         problem = make_problem(name)
         drawn = sum(variable.drawn for variable in problem.task_variables)
         count = f"{len(problem.task_variables)} task fields, {drawn} drawn by the Family"
         rows.add_row(
             Text(name, style=HEAD),
-            "\n".join([problem.title, count, *_environments(name)]),
+            "\n".join([problem.title, count, *environment_ids(problem.declared)]),
             "\n".join(
                 f"{v.name} {_range(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
                 for v in problem.all_variables
@@ -49,35 +51,34 @@ def _show_all(screen: Console) -> None:
 
 def _show_one(screen: Console, problem: DesignProblem) -> None:
     screen.print(Text.assemble((problem.name, HEAD), f": {problem.title}"))
-    paper = problem.reference.paper
-    screen.print(
-        f"{paper['authors']} ({paper['year']}). {paper['title']}. {paper['journal']} "
-        f"{paper['volume']}, {paper['pages']}.",
-        style=FAINT,
-    )
-    screen.print(f"environments: {', '.join(_environments(problem.name)) or 'none'}")
+    if paper := problem.reference.paper:
+        screen.print(
+            f"{paper['authors']} ({paper['year']}). {paper['title']}. {paper['journal']} "
+            f"{paper['volume']}, {paper['pages']}.",
+            style=FAINT,
+        )
+    screen.print(f"environments: {', '.join(environment_ids(problem.declared)) or 'none'}")
     for note in problem.notes:
         screen.print(note)
     for title, rows in (
-        ("Variables and the printed design", _variables(problem)),
+        (f"Variables and the {_origin(problem)} design", _variables(problem)),
         ("Task (--set task.FIELD=VALUE), and from where a Family draws it", _task(problem)),
         ("Options (--set OPTION=VALUE)", _options(problem)),
-        (
-            "Objectives (--objective NAME), verified optima of the paper's task",
-            _objectives(problem),
-        ),
+        (_objectives_title(problem), _objectives(problem)),
         ("Indices", _indices(problem)),
         ("Constraints", _constraints(problem)),
     ):
-        screen.print(section(title))
-        screen.print(rows)
+        if rows.row_count:
+            screen.print(section(title))
+            screen.print(rows)
 
 
 def _variables(problem: DesignProblem) -> Any:
-    rows = table("variable", "range", "printed", "unit", "what it is", numbers=["printed"])
+    origin = _origin(problem)
+    rows = table("variable", "range", origin, "unit", "what it is", numbers=[origin])
+    named = problem.named(problem.printed_design())
     for v in problem.all_variables:
-        printed, unit = shown(problem.reference.design[v.name], v.unit)
-        rows.add_row(v.name, _range(v.low, v.high, v.unit), printed, unit, v.doc)
+        rows.add_row(v.name, _range(v.low, v.high, v.unit), *shown(named[v.name], v.unit), v.doc)
     for name, (value, unit) in problem.derived(problem.printed_design()).items():
         rows.add_row(name, "", *shown(value, unit), "derived", style=FAINT)
     return rows
@@ -97,6 +98,11 @@ def _options(problem: DesignProblem) -> Any:
     for item in problem.options_type.table():
         rows.add_row(item.name, _written(item.default), item.allowed, item.doc)
     return rows
+
+
+def _objectives_title(problem: DesignProblem) -> str:
+    known = ", verified optima of the default task" if problem.reference.optima else ""
+    return f"Objectives (--objective NAME){known}"
 
 
 def _objectives(problem: DesignProblem) -> Any:
@@ -128,12 +134,9 @@ def _constraints(problem: DesignProblem) -> Any:
     return rows
 
 
-def _environments(name: str) -> list[str]:
-    return [
-        env_id
-        for env_id, spec in gymnasium.registry.items()
-        if spec.namespace == "PKM" and spec.kwargs.get("problem") == name
-    ]
+def _origin(problem: DesignProblem) -> str:
+    """Say where the design comes from that stands beside the ranges."""
+    return "printed" if problem.reference else "default"
 
 
 def _range(low: float, high: float, unit: str) -> str:

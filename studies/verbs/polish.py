@@ -56,7 +56,7 @@ def command(
         problem, source = _with_task(problem, given.task), "the design in --set"
         start = given.design[None]
     else:
-        source, start = _start(problem, source, storage or default_storage(name))
+        source, start = _start(problem, source, storage or default_storage(problem.name))
     optimum = verified_optimum(problem)
     before = problem.evaluate(start)
     after = polish(problem, start)

@@ -11,6 +11,7 @@ import typer
 
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.mechanisms import called
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
@@ -46,7 +47,7 @@ def command(
     was.
     """
     problem = problem_from(name, set_, fix, range_, objective)
-    output = output or run_folder(name) / "pool.npz"
+    output = output or run_folder(problem.name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")
     settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}
@@ -65,7 +66,7 @@ def _job(
     settings: dict[str, list[str] | None],
     output: Path,
 ) -> Job:
-    words = [problem.name, "-n", str(number), "--seed", str(seed)]
+    words = [called(problem), "-n", str(number), "--seed", str(seed)]
     for flag, values in settings.items():
         words += [word for value in values or () for word in (flag, value)]
     for_tasks, for_starts = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))

@@ -14,8 +14,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pkm_gym.core.names import check_known
-from pkm_gym.mechanisms import make_problem, problems
+from pkm_gym.mechanisms import make_problem
+from pkm_gym.studies.cli.arguments import known_problems
 from pkm_gym.studies.cli.options import SeedOption, json_option
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
 
@@ -44,7 +44,6 @@ def command(
 
     Example: pkm-gym twin-check spr3
     """
-    check_known("mechanism", [name], (*problems(), ALL))
     names = machines() if name == ALL else (name,)
     rows: list[Row] = []
     screen = Console(stderr=True) if as_json else console()
@@ -63,7 +62,7 @@ def command(
 def machines() -> tuple[str, ...]:
     """Return the problems to check: the first one of each mechanism that has a twin."""
     first: dict[str, str] = {}
-    for name in problems():
+    for name in known_problems():
         problem = make_problem(name)
         module = problem.mechanism(problem.printed_design()).twin_module
         if module:

@@ -41,7 +41,7 @@ def command(
     with counter(screen, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
         validation = validate(problem, designs, seed, partial(bar.advance, line))
-    path = out or (None if as_json else run_folder(name) / "validate.png")
+    path = out or (None if as_json else run_folder(problem.name) / "validate.png")
     if path is not None:
         from pkm_gym.plots import save
 
@@ -57,7 +57,7 @@ def _problem(name: str) -> DesignProblem:
     problem = make_problem(name, **declaration(name).reporting)
     missing = [index for index in INDICES if index not in problem.index_names]
     if missing:
-        raise ValueError(f"{name} has no {' and no '.join(missing)} to validate")
+        raise ValueError(f"{problem.name} has no {' and no '.join(missing)} to validate")
     return problem
 
 

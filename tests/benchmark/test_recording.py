@@ -8,10 +8,12 @@ import pytest
 
 from pkm_gym.benchmark import EvaluationLog, RecordEvaluations, regrets
 from pkm_gym.benchmark.standings import standings
-from pkm_gym.envs.registration import DESIGN
 from pkm_gym.envs.wrappers import FixedTasks
 
-IDS = {problem: env_id for env_id, (problem, family) in DESIGN.items() if family}
+
+def family(problem, **arguments):
+    """The environment of a problem's Family."""
+    return gym.make(f"PKM/{problem.declared.environment}Family-v0", **arguments)
 
 
 def play(env, episodes, rng):
@@ -29,7 +31,7 @@ def play(env, episodes, rng):
 
 def test_every_evaluation_of_every_episode_is_in_the_log(shipped, rng, tmp_path):
     problem, split = shipped
-    env = RecordEvaluations(FixedTasks(gym.make(IDS[problem.name], budget=7), split))
+    env = RecordEvaluations(FixedTasks(family(problem, budget=7), split))
     told = play(env, 5, rng)
     log = env.log("val", method="at random", seed=2)
     np.testing.assert_array_equal(log.rows, np.arange(5))
@@ -42,7 +44,7 @@ def test_every_evaluation_of_every_episode_is_in_the_log(shipped, rng, tmp_path)
 
 def test_an_unfinished_episode_counts_as_far_as_it_went(shipped, rng):
     problem, split = shipped
-    env = RecordEvaluations(FixedTasks(gym.make(IDS[problem.name]), split))
+    env = RecordEvaluations(FixedTasks(family(problem), split))
     env.reset()
     env.step(rng.uniform(-1, 1, env.action_space.shape))
     env.reset()
@@ -51,14 +53,14 @@ def test_an_unfinished_episode_counts_as_far_as_it_went(shipped, rng):
 
 def test_of_several_episodes_on_a_task_the_first_counts(shipped, rng):
     problem, split = shipped
-    env = RecordEvaluations(FixedTasks(gym.make(IDS[problem.name]), split.first(2)))
+    env = RecordEvaluations(FixedTasks(family(problem), split.first(2)))
     told = play(env, 4, rng)
     np.testing.assert_array_equal(env.log("val", method="again").designs, told[:2])
 
 
 def test_tasks_of_no_split_are_refused(shipped):
     problem, _ = shipped
-    env = RecordEvaluations(gym.make(IDS[problem.name]))
+    env = RecordEvaluations(family(problem))
     env.reset(seed=0)
     with pytest.raises(ValueError, match="is not in val: use FixedTasks"):
         env.log("val", method="elsewhere")
@@ -68,7 +70,7 @@ def test_another_problem_than_the_benchmarks_is_refused(shipped):
     problem, split = shipped
     name = problem.variable_names[0]
     bounds = {name: (float(problem.low[0]), float(problem.high[0]) - 0.01)}
-    env = RecordEvaluations(gym.make(IDS[problem.name], bounds=bounds))
+    env = RecordEvaluations(family(problem, bounds=bounds))
     env.reset(options={"task": split.tasks[0]})
     with pytest.raises(ValueError, match=f"{problem.name} differs from the benchmark's"):
         env.log("val", method="other")

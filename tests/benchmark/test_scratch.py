@@ -11,6 +11,7 @@ import pytest
 from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend
+from pkm_gym.core import merit
 
 NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.benchmark.scratch:")]
 SEARCHES = ["cobyqa", "slsqp", "start+cobyqa", "de"]
@@ -44,8 +45,11 @@ def searched(shipped) -> Callable[[str], list[Evaluator]]:
 
 
 def reached(evaluators: list[Evaluator]) -> float:
-    """Return the median over tasks of the lowest log merit of a feasible design."""
-    return float(np.median([e.log_merit[e.feasible].min(initial=np.inf) for e in evaluators]))
+    """Return the median over tasks of the answer's log merit, beyond any other if infeasible."""
+    return float(np.median([
+        e.log_merit[e.feasible].min() if e.feasible.any() else merit.WORST + e.log_merit.min()
+        for e in evaluators
+    ]))  # fmt: skip
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -77,19 +81,23 @@ def test_another_seed_gives_other_designs(name, shipped):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_stays_in_the_box_and_mostly_finds_feasible_designs(name, searched, shipped):
+def test_each_stays_in_the_box(name, searched, shipped):
     problem, _ = shipped
     for evaluator in searched(name):
         designs = evaluator.designs
         assert len(designs) == BUDGET
         assert (designs >= problem.low).all()
         assert (designs <= problem.high).all()
-    assert np.isfinite(reached(searched(name)))
 
 
 @pytest.mark.parametrize("name", SEARCHES)
 def test_a_search_beats_chance_at_equal_evaluations(name, searched):
     assert reached(searched(name)) < reached(searched("random"))
+
+
+@pytest.mark.parametrize("name", ["cobyqa", "slsqp", "start+cobyqa"])
+def test_most_local_searches_find_a_feasible_design(name, searched):
+    assert sum(evaluator.feasible.any() for evaluator in searched(name)) > TASKS / 2
 
 
 @pytest.mark.parametrize("name", ["cobyqa", "slsqp"])
@@ -129,18 +137,16 @@ def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):
     problem, split = shipped
     evaluator = Evaluator(problem, split.tasks[0], budget=500)
     cube = UnitCube(evaluator)
-    offsets, undefined = [], 0
+    offsets = []
     for point in rng.random((500, cube.dimensions)):
         evaluation = cube.evaluate(point)
-        value, merit = cube.objective(point), evaluation.log_merit[0]
+        value, told = cube.objective(point), evaluation.log_merit[0]
         assert np.isfinite(value)
         assert ((cube.limits(point) <= 0.0) == (evaluation.constraints[0] <= 0.0)).all()
         if np.isnan(evaluation.objectives[0, 0]):
-            undefined += 1
-            assert value == merit
-        elif merit < 6.0:
+            assert value == told
+        elif told < merit.CAP:
             penalty = np.maximum(evaluation.constraints[0], 0.0).sum()
-            offsets.append(merit - problem.declared.penalty_weight * penalty - value)
-    assert undefined
+            offsets.append(told - problem.declared.penalty_weight * penalty - value)
     assert evaluator.count == 500
     np.testing.assert_allclose(offsets, offsets[0], atol=1e-9)

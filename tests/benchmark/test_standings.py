@@ -14,24 +14,18 @@ from pkm_gym.benchmark.standings import compare, pays_after, standings
 
 
 @pytest.fixture
-def logs(shipped):
+def logs(shipped, beside):
     """A log whose regret is that of a share of the way from a feasible design to the optimum."""
     problem, split = shipped
     rows = np.flatnonzero(split.solvable)[:6]
-    starts = []
-    for row in rows:
-        draws = problem.low + (problem.high - problem.low) * np.random.default_rng(row).random(
-            (4000, len(problem.low))
-        )
-        evaluation = problem.evaluate(draws, split.tasks[row][None])
-        starts.append(draws[evaluation.best()])
+    starts = beside(problem, split.designs[rows], split.tasks[rows])
 
     def make(method="toy", seed=0, last=1.0, knowledge="scratch", rows=rows, budget=12):
         how = Setting(
             problem.name, "val", problem.hash(), sha256(split_path(problem.name, "val")), method,
             "", "free", knowledge, seed, budget, SPLITS["train"] * (knowledge == "transfer"),
         )  # fmt: skip
-        own = np.array(starts)[: len(rows), None, :] * np.ones((1, budget, 1))
+        own = starts[: len(rows), None, :] * np.ones((1, budget, 1))
         own[:, -1] += last * (split.designs[rows] - own[:, -1])
         return EvaluationLog(how, rows, own, np.full(len(rows), 0.12), "0", "made by a test")
 

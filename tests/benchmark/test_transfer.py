@@ -35,7 +35,8 @@ def test_points_are_an_observations_within_the_range_and_have_no_bend_beyond(shi
     low, high = np.array([(v.low, v.high) for v in problem.task_variables]).T
     tasks = low + np.array([[0.0], [0.5], [1.0], [1.5], [2.0]]) * (high - low)
     points = task_points(problem, tasks)
-    np.testing.assert_allclose(points[:, 0], [-0.6, 0.0, 0.6, 1.2, 1.8], atol=1e-12)
+    for column in points.T:
+        np.testing.assert_allclose(column, [-0.6, 0.0, 0.6, 1.2, 1.8], atol=1e-12)
 
 
 def test_most_known_tasks_are_given_back_their_optima(shipped, pool):
@@ -48,7 +49,8 @@ def test_most_known_tasks_are_given_back_their_optima(shipped, pool):
 
 def test_a_limit_moves_its_constraint_and_no_other(ladder, shipped, pool):
     problem, _ = shipped
-    fields = [i for i, v in enumerate(problem.task_variables) if v.drawn and v.limit]
+    side = problem.declared.side_of
+    fields = [i for i, v in enumerate(problem.task_variables) if v.drawn and side(v.name)]
     moved = [ladder.optima.limit_of(j) for j in range(len(problem.constraint_names))]
     assert sorted(field for field in moved if field is not None) == fields
     row = int(np.flatnonzero(pool.solvable)[3])
@@ -61,7 +63,7 @@ def test_a_limit_moves_its_constraint_and_no_other(ladder, shipped, pool):
             task = pool.tasks[row].copy()
             task[field] = variable.low + share * (variable.high - variable.low)
             ends.append(problem.evaluate(pool.designs[row][None], task[None]).constraints[0, j])
-        sign = -1.0 if variable.limit == "upper" else 1.0
+        sign = -1.0 if side(variable.name) == "upper" else 1.0
         assert sign * (ends[1] - ends[0]) > 0.0
         assert sign * ladder.optima.slope(pool.tasks[row], j) > 0.0
 
@@ -132,13 +134,13 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
 
 def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     problem, split = shipped
-    rows = np.flatnonzero(split.solvable)[:6].tolist()
+    rows = np.flatnonzero(split.solvable)[:3].tolist()
     climb, further = (m.prepare(problem, pool) for m in (interpolated, interpolated_cobyqa))
     for row in rows:
-        assert regret(problem, split, row, climb, budget=60)[1] <= BUDGET  # the ladder ends
+        assert regret(problem, split, row, climb, budget=30)[1] <= BUDGET  # the ladder ends
         assert regret(problem, split, row, further, budget=20)[1] == 20
     climbed = [regret(problem, split, row, further, budget=RUNGS_BEFORE)[0] for row in rows]
-    refined = [regret(problem, split, row, further, budget=60)[0] for row in rows]
+    refined = [regret(problem, split, row, further, budget=50)[0] for row in rows]
     assert np.median(refined) < 0.5 * np.median(climbed)
 
 

@@ -92,7 +92,7 @@ def test_a_fixed_value_stands_in_the_design():
         (["lame=0.6"], "unknown setting 'lame'; did you mean 'lam_e'?"),
         (["payload=1kg"], "unknown setting 'payload'; did you mean 'task.payload'?"),
         (["task.payloda=1kg"], "unknown setting 'task.payloda'; did you mean 'task.payload'?"),
-        (["inertia=unifrm"], "unknown inertia preset 'unifrm'; did you mean 'uniform-arm'?"),
+        (["inertia=unifrm"], "unknown inertia 'unifrm'; did you mean 'uniform-arm'?"),
         (["lam_e"], "--set lam_e says no value: write --set lam_e=VALUE"),
         (["lam_e="], "--set lam_e= says no value: write --set lam_e=VALUE"),
         (["=1"], "--set =1 says no value: write --set NAME=VALUE"),
@@ -103,7 +103,7 @@ def test_a_fixed_value_stands_in_the_design():
             "task.payload is '1mm': 'mm' is no unit of it, it is measured in kg, g",
         ),
         (["task.payload=11kg"], "task.payload is 11.0: it must be a number from 0 to 10 kg"),
-        (["sampling=24"], "sampling is (24,): it must be (columns, rows), each from 2 to 10000"),
+        (["sampling=24"], "sampling is (24,): it must be 2 whole numbers, each from 2 to 10000"),
         (["sampling=a"], "sampling is 'a': write it like sampling=32x9"),
         (["cycle=perhaps"], "cycle is 'perhaps': it must be true or false"),
         (
@@ -113,8 +113,11 @@ def test_a_fixed_value_stands_in_the_design():
                 "(b / (2 (e + l1))): leave one out"
             ),
         ),
-        (LENGTHS[:3], "a design in lengths needs just e, l1, l2 and H: it lacks H"),
-        ([*LENGTHS, "gap=1"], "a design in lengths needs just e, l1, l2 and H: it also has gap"),
+        (LENGTHS[:3], "a design in lengths (m) needs just e, l1, l2 and H: it lacks H"),
+        (
+            [*LENGTHS, "gap=1"],
+            "a design in lengths (m) needs just e, l1, l2 and H: it also has gap",
+        ),
         (["lam_H=2"], "lam_H needs lam_l beside it, and no gap"),
     ],
 )

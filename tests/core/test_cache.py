@@ -183,3 +183,34 @@ def test_reading_a_file_keeps_it(call: Call, tmp_path: Path) -> None:
         os.utime(path, (long_ago, long_ago))
     assert call().stderr == ""
     assert any(time.time() - path.stat().st_mtime < 3600.0 for path in files(tmp_path))
+
+
+NAMESAKE = """
+from typing import NamedTuple
+from pkm_gym.core.compile import kernel
+from pkm_gym.core.merit import write
+class Limits(NamedTuple):
+    {}: float
+    x: float
+@kernel
+def fill(row):
+    write(row, Limits(1.0, 2.0))
+"""
+
+FILL_BOTH = """
+import sys
+sys.path.append(sys.argv[1])
+import numpy as np
+for name in ("first", "second"):
+    row = np.empty(2)
+    __import__(name).fill(row)
+    print(*row)
+"""
+
+
+def test_row_classes_of_one_name_and_length_are_told_apart(run: Run, tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        (tmp_path / f"{name}.py").write_text(NAMESAKE.format(name))
+    for _ in range(2):
+        done = run(FILL_BOTH, str(tmp_path), NUMBA_CACHE_DIR=str(tmp_path))
+        assert done.stdout.splitlines() == ["1.0 2.0", "1.0 2.0"]

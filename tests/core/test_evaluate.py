@@ -8,30 +8,10 @@ import numpy as np
 import pytest
 
 from pkm_gym.core import compile as compiling
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.limit import Limit
+from pkm_gym.core.merit import NO_MACHINE, TOLERANCE
 from pkm_gym.core.problem import DesignProblem
-
-# Constraints that say by how much a design is out of reach.
-REACH = {
-    "diamond": ("reach_inner", "reach_outer"),
-    "spr3": ("assembly",),
-    "spr3_cylinder": ("assembly",),
-}
-
-# Constraints on what is undefined out of reach.
-LOCAL = {
-    "diamond": ("assembly", "sigma_max", "sigma_min", "alpha", "beta"),
-    "spr3": ("determinant", "fold", "volume", "parasitic", "s_angle", "r_angle", "lci"),
-    "spr3_cylinder": ("determinant", "stroke", "size", "s_angle"),
-}
-
-
-def random_designs(
-    problem: DesignProblem, rng: np.random.Generator, n: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Designs all over the box, each with a task of the Family."""
-    designs = problem.low + (problem.high - problem.low) * rng.random((n, len(problem.low)))
-    return designs, problem.draw_tasks(n, rng)
 
 
 def assert_same(one: Any, other: Any, rtol: float = 0.0) -> None:
@@ -41,15 +21,17 @@ def assert_same(one: Any, other: Any, rtol: float = 0.0) -> None:
     np.testing.assert_allclose(one.log_merit, other.log_merit, rtol=rtol)
 
 
-def test_evaluate_is_deterministic(problem: DesignProblem, rng: np.random.Generator) -> None:
-    designs, tasks = random_designs(problem, rng, 500)
+def test_evaluate_is_deterministic(
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
+) -> None:
+    designs, tasks = spread(problem, rng, 500)
     assert_same(problem.evaluate(designs, tasks), problem.evaluate(designs, tasks))
 
 
 def test_evaluate_leaves_its_arguments_alone(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 20)
+    designs, tasks = spread(problem, rng, 20)
     before = designs.copy(), tasks.copy()
     problem.evaluate(designs, tasks)
     np.testing.assert_array_equal(designs, before[0])
@@ -57,9 +39,12 @@ def test_evaluate_leaves_its_arguments_alone(
 
 
 def test_serial_and_parallel_kernels_agree(
-    problem: DesignProblem, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+    problem: DesignProblem,
+    spread: Any,
+    rng: np.random.Generator,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 300)
+    designs, tasks = spread(problem, rng, 300)
     monkeypatch.setattr(compiling, "SERIAL_WORK", np.inf)
     serial = problem.evaluate(designs, tasks)
     monkeypatch.setattr(compiling, "SERIAL_WORK", 0.0)
@@ -68,9 +53,9 @@ def test_serial_and_parallel_kernels_agree(
 
 
 def test_a_batch_of_designs_equals_single_designs(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 200)
+    designs, tasks = spread(problem, rng, 200)
     batch = problem.evaluate(designs, tasks)
     for i in range(len(designs)):
         single = problem.evaluate(designs[i : i + 1], tasks[i : i + 1])
@@ -82,55 +67,72 @@ def test_a_batch_of_designs_equals_single_designs(
         np.testing.assert_allclose(single.log_merit[0], batch.log_merit[i], rtol=1e-14)
 
 
-def test_one_task_for_all_equals_its_rows(problem: DesignProblem, rng: np.random.Generator) -> None:
-    designs, tasks = random_designs(problem, rng, 50)
+def test_one_task_for_all_equals_its_rows(
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
+) -> None:
+    designs, tasks = spread(problem, rng, 50)
     task = problem.unpack(tasks[0])
     for given in (task, problem.pack(task)[None], np.repeat(tasks[:1], 50, axis=0)):
         assert_same(problem.evaluate(designs, tasks[:1]), problem.evaluate(designs, given))
 
 
 def test_what_is_out_of_reach_is_undefined_and_its_constraints_say_by_how_much(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    evaluation = problem.evaluate(*random_designs(problem, rng, 5000))
-    reach = [k for k, name in enumerate(problem.constraint_names) if name in REACH[problem.name]]
-    violation = evaluation.constraints[:, reach].max(axis=1)
-    outside = violation > 0.0
+    designs, tasks = spread(problem, rng, 5000)
+    designs[2500:] *= rng.uniform(0.05, 3.0, (2500, designs.shape[1]))  # and all around the box
+    evaluation = problem.evaluate(designs, tasks)
+    own = [isinstance(limit, str) for limit in problem.declared.constraints]
+    of_index = [
+        isinstance(limit, Limit) and limit.quantity not in problem.variable_names
+        for limit in problem.declared.constraints
+    ]
+    outside = (evaluation.unreached > 0.0) & (evaluation.unreached < NO_MACHINE)
     assert 10 < outside.sum() < 4750
+    np.testing.assert_array_equal(np.isnan(evaluation.objectives[:, 0]), evaluation.unreached > 0.0)
     for name, values in evaluation.indices.items():
-        np.testing.assert_array_equal(np.isnan(values), outside, err_msg=name)
-    local = [k for k, name in enumerate(problem.constraint_names) if name in LOCAL[problem.name]]
-    expected = np.broadcast_to(1.0 + violation[outside, None], (outside.sum(), len(local)))
-    np.testing.assert_allclose(evaluation.constraints[np.ix_(outside, local)], expected, atol=1e-5)
+        assert np.isnan(values[outside]).all(), name
+    assert not evaluation.defined[np.ix_(outside, of_index)].any()
+    missing = np.broadcast_to(
+        1.0 + evaluation.unreached[outside, None], (outside.sum(), sum(of_index))
+    )
+    np.testing.assert_array_equal(
+        evaluation.constraints[np.ix_(outside, of_index)], missing - TOLERANCE
+    )
+    worst = evaluation.constraints[np.ix_(outside, own)].max(axis=1)
+    assert ((worst > 0.0) | (evaluation.unreached[outside] < 1e-5)).all()
 
 
 def test_dimensionless_indices_keep_their_value_in_another_size(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 500)
-    scales = [
-        np.array([1.5 if variable.unit == "m" else 1.0 for variable in variables])
-        for variables in (problem.all_variables, problem.task_variables)
+    whole = type(problem)(free="all")
+    designs, tasks = spread(whole, rng, 500)
+    sizes = [
+        np.array([1.1 if item.unit == "m" else 1.0 for item in items])
+        for items in (whole.variables, whole.task_variables)
     ]
-    one = problem.evaluate(designs, tasks)
-    other = problem.evaluate(designs * scales[0], tasks * scales[1])
-    for index in problem.index_table:
+    legal = np.array([item.legal_high for item in whole.task_variables])
+    kept = (tasks * sizes[1] <= legal).all(axis=1)
+    assert kept.sum() > 100
+    one = whole.evaluate(designs[kept], tasks[kept])
+    other = whole.evaluate(designs[kept] * sizes[0], tasks[kept] * sizes[1])
+    for index in whole.index_table:
         if index.unit in ("", "rad"):
             np.testing.assert_allclose(
-                one.indices[index.name], other.indices[index.name], rtol=1e-12, err_msg=index.name
-            )
+                one.indices[index.name], other.indices[index.name], rtol=1e-12, atol=1e-14,
+                err_msg=index.name,
+            )  # fmt: skip
 
 
 def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, usable: Evaluation
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 2000)
-    evaluation = problem.evaluate(designs, tasks)
-    for i in np.flatnonzero(evaluation.feasible)[:20]:
-        machine = problem.mechanism(designs[i], evaluation.task(i))
+    for i in range(20):
+        machine = problem.mechanism(usable.designs[i], usable.task(i))
         maps = problem.drawn_maps(machine, machine.workspace_grid(201, 81))
         for name, index in maps.items():
-            value, low, high = evaluation.indices[name][i], index.values.min(), index.values.max()
+            value, low, high = usable.indices[name][i], index.values.min(), index.values.max()
             if index.kind == "mean":
                 assert low < value < high, name
             else:
@@ -138,14 +140,11 @@ def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
 
 
 def test_local_violations_say_where_a_constraint_is_broken(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, broken: Evaluation
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 2000)
-    evaluation = problem.evaluate(designs, tasks)
-    slightly = ~evaluation.feasible & (evaluation.constraints.max(axis=1) < 0.5)
-    for i in np.flatnonzero(slightly)[:20]:
-        task = evaluation.task(i)
-        machine = problem.mechanism(designs[i], task)
+    for i in np.flatnonzero(broken.unreached == 0.0)[:20]:
+        task = broken.task(i)
+        machine = problem.mechanism(broken.designs[i], task)
         poses = machine.workspace_grid(201, 81)
         maps = problem.index_maps(machine, poses)
         drawn = {
@@ -156,7 +155,7 @@ def test_local_violations_say_where_a_constraint_is_broken(
         local = problem.local_violations(machine, poses, task)
         assert drawn <= set(local)
         for name, values in local.items():
-            constraint = evaluation.constraints[i, problem.constraint_names.index(name)]
+            constraint = broken.constraints[i, problem.constraint_names.index(name)]
             if name in drawn:
                 assert constraint == pytest.approx(values.max(), abs=3e-3), name
             else:
@@ -179,9 +178,9 @@ def test_the_grid_lies_in_the_box(problem: DesignProblem) -> None:
 
 
 def test_the_mechanism_has_the_derived_dimensions(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 20)
+    designs, tasks = spread(problem, rng, 20)
     for design, row in zip(designs, tasks, strict=True):
         task = problem.unpack(row)
         derived = problem.derived(design, task)
@@ -192,9 +191,9 @@ def test_the_mechanism_has_the_derived_dimensions(
 
 
 def test_derived_dimensions_lead_back_to_the_design(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, rng: np.random.Generator
 ) -> None:
-    designs, tasks = random_designs(problem, rng, 20)
+    designs, tasks = spread(problem, rng, 20)
     for design, row in zip(designs, tasks, strict=True):
         task = problem.unpack(row)
         lengths = {

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import pkm_gym
-from pkm_gym.core.pool import Pool
+from pkm_gym.core.pool import Pool, renewed
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import solve_tasks
+from pkm_gym.core.solve import Solutions
 
 ARRAYS = (
     "tasks", "starts", "designs", "optima", "active", "solvable", "constraints", "values",
@@ -22,10 +22,11 @@ ARRAYS = (
 
 
 @pytest.fixture(scope="module")
-def pool(problem: DesignProblem) -> Pool:
-    tasks = problem.draw_tasks(6, np.random.default_rng(1))
-    starts = np.tile(problem.printed_design(), (6, 1))
-    return Pool.from_solutions(solve_tasks(problem, tasks), starts, problem, "made by a test")
+def pool(problem: DesignProblem, solved: Solutions) -> Pool:
+    """The first tasks of the Family, six of them solvable."""
+    starts = np.tile(problem.printed_design(), (len(solved.tasks), 1))
+    whole = Pool.from_solutions(solved, starts, problem, "made by a test")
+    return whole.first(int(np.flatnonzero(whole.solvable)[5]) + 1)
 
 
 @pytest.fixture
@@ -54,7 +55,7 @@ def test_pool_is_read_back_as_it_was_written(pool, file, problem):
         assert one.dtype == other.dtype
         np.testing.assert_array_equal(one, other)
     assert (read.hash, read.command) == (problem.hash(), "made by a test")
-    assert len(read) == 6
+    assert len(read) == len(pool)
 
 
 def test_pool_holds_what_was_solved(pool, problem):
@@ -70,7 +71,7 @@ def test_saving_makes_the_folder_and_leaves_nothing_else(pool, problem, tmp_path
     path = tmp_path / "new" / "folder" / "pool"
     pool.save(path)
     assert [item.name for item in path.parent.iterdir()] == ["pool"]
-    assert len(Pool.load(path, problem)) == 6
+    assert len(Pool.load(path, problem)) == len(pool)
 
 
 def test_failed_save_keeps_the_old_file(pool, file, monkeypatch):
@@ -160,3 +161,62 @@ def test_pool_of_another_problem_is_refused(file, problem):
         problem.name, bounds={variable.name: (variable.low, variable.high + 0.1)}
     )
     assert f"belongs to another problem (hash {problem.hash()[:12]})" in refusal(file, other)
+
+
+# Older files --------------------------------------------------------------------------------------
+
+NEWER = ("constraints", "values", "certified")
+
+
+def older(pool, path, **changes):
+    """Write a pool as it was before the newer arrays, and under another hash."""
+    content = dataclasses.asdict(pool) | {"hash": "0" * 64} | changes
+    np.savez(path, **{name: array for name, array in content.items() if name not in NEWER})
+    return path
+
+
+def test_an_older_file_is_renewed_to_what_it_would_be(pool, problem, tmp_path):
+    path = older(pool, tmp_path / "old.npz")
+    assert "lacks constraints, values, certified" in refusal(path, problem)
+    again = renewed(path, problem, certified=True)
+    for name in ARRAYS:
+        one, other = getattr(pool, name), getattr(again, name)
+        if name != "certified":
+            np.testing.assert_array_equal(one, other, err_msg=name)
+    assert again.certified.all()
+    assert not renewed(path, problem, certified=False).certified.any()
+    assert (again.hash, again.command) == (problem.hash(), "made by a test")
+    again.save(path)
+    assert len(Pool.load(path, problem)) == len(pool)
+
+
+def test_what_a_file_says_of_certificates_is_kept(pool, problem, tmp_path):
+    said = np.arange(len(pool)) % 2 == 0
+    dataclasses.replace(pool, certified=said, hash="0" * 64).save(tmp_path / "a.npz")
+    for certified in (True, False):
+        again = renewed(tmp_path / "a.npz", problem, certified=certified)
+        np.testing.assert_array_equal(again.certified, said)
+
+
+def test_an_edited_optimum_is_not_renewed(pool, problem, tmp_path):
+    row = int(np.flatnonzero(pool.solvable)[1])
+    optima = pool.optima.copy()
+    optima[row] *= 1.0 + 1e-6
+    path = older(pool, tmp_path / "old.npz", optima=optima)
+    with pytest.raises(ValueError, match=f"the optimum of its task {row} is .* solve its tasks"):
+        renewed(path, problem, certified=True)
+    designs = pool.designs.copy()
+    designs[row] = 2.0 * problem.high
+    path = older(pool, tmp_path / "old.npz", designs=designs)
+    with pytest.raises(ValueError, match=f"the optimum of its task {row} is") as refused:
+        renewed(path, problem, certified=True)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_is_no_older_pool_is_not_renewed(pool, problem, tmp_path):
+    path = tmp_path / "less.npz"
+    np.savez(path, tasks=pool.tasks)
+    with pytest.raises(ValueError, match="lacks starts, designs, optima, active, solvable, comm"):
+        renewed(path, problem, certified=True)
+    with pytest.raises(ValueError, match="does not exist"):
+        renewed(tmp_path / "none.npz", problem, certified=True)

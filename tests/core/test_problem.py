@@ -210,3 +210,88 @@ def test_the_hash_does_not_depend_on_the_task() -> None:
     # a study or a pool stores its tasks beside the hash
     loaded = pkm_gym.make_problem("diamond", task={"payload": 1.0})
     assert loaded.hash() == pkm_gym.make_problem("diamond").hash()
+
+
+# What isn't searched unless it is asked for -------------------------------------------------------
+
+
+def test_what_is_not_searched_stays_at_its_default_or_follows(slider: Any) -> None:
+    problem = slider()
+    assert problem.variable_names == ("arm", "rod")
+    assert problem.fixed == {"gap": 0.1}
+    assert problem.following == {"tail": "rod"}
+    full = problem.complete(np.array([[0.3, 0.5], [0.4, 0.6]]))
+    np.testing.assert_array_equal(full, [[0.3, 0.5, 0.5, 0.1], [0.4, 0.6, 0.6, 0.1]])
+    assert problem.named(np.array([0.3, 0.5])) == {"arm": 0.3, "rod": 0.5, "tail": 0.5, "gap": 0.1}
+
+
+def test_free_lists_exactly_what_is_searched(slider: Any) -> None:
+    every = slider(free="all")
+    assert every.variable_names == ("arm", "rod", "tail", "gap")
+    assert every.fixed == every.following == {}
+    problem = slider(free=("gap", "rod"))
+    assert problem.variable_names == ("rod", "gap")
+    assert problem.following == {"tail": "rod"}
+    assert problem.fixed == {"arm": 0.85}  # without a paper, the middle of its range
+    assert slider(free=("tail",)).variable_names == ("tail",)
+
+
+def test_what_follows_a_fixed_variable_has_its_value(slider: Any) -> None:
+    problem = slider(fixed={"rod": 0.7})
+    np.testing.assert_array_equal(problem.complete(np.array([[0.3]])), [[0.3, 0.7, 0.7, 0.1]])
+    held = slider(fixed={"tail": 0.9})
+    assert held.following == {}
+    np.testing.assert_array_equal(held.complete(np.array([[0.3, 0.5]])), [[0.3, 0.5, 0.9, 0.1]])
+
+
+def test_a_follower_is_no_free_coordinate_of_a_design(slider: Any) -> None:
+    problem = slider()
+    expected = np.array([0.3, 0.5])
+    np.testing.assert_array_equal(problem.design({"arm": 0.3, "rod": 0.5}), expected)
+    np.testing.assert_array_equal(problem.design(problem.named(expected)), expected)
+    with pytest.raises(ValueError, match="tail follows rod: free it with free= to give its value"):
+        problem.design({"arm": 0.3, "rod": 0.5, "tail": 0.6})
+    with pytest.raises(ValueError, match=r"gap is fixed at 0\.1: 0\.2 disagrees"):
+        problem.design({"arm": 0.3, "rod": 0.5, "gap": 0.2})
+    every = slider(free="all")
+    assert every.design({"arm": 0.3, "rod": 0.5, "tail": 0.6, "gap": 0.2})[2] == 0.6
+    with pytest.raises(ValueError, match="the design lacks tail"):
+        every.design({"arm": 0.3, "rod": 0.5})
+
+
+def test_the_hash_knows_what_is_searched_and_leaves_defaults_out(slider: Any) -> None:
+    made = [
+        slider(), slider(fixed={"gap": 0.2}), slider(fixed={"tail": 0.9}), slider(free="all"),
+        slider(free=("arm", "rod", "gap")), slider(fixed={"rod": 0.7}), slider(samples=7),
+    ]  # fmt: skip
+    assert len({problem.hash() for problem in made}) == len(made)
+    same = [slider(fixed={"gap": 0.1}), slider(samples=5), slider(free=("arm", "rod"))]
+    assert {problem.hash() for problem in same} == {made[0].hash()}
+
+
+def test_a_problem_without_a_paper_prints_nothing_and_has_a_default_design(slider: Any) -> None:
+    problem = slider()
+    assert not problem.reference
+    assert problem.grid() is None
+    assert problem.derived(problem.printed_design()) == {}
+    np.testing.assert_array_equal(problem.printed_design(), [0.85, 0.85])
+    assert problem.mechanism(problem.printed_design()).symmetries() == ()
+
+
+def test_an_index_is_reported_where_its_option_or_the_objective_asks_for_it(slider: Any) -> None:
+    assert slider().index_names == ("size", "slope")
+    for problem in (slider(full=True), slider(objective="mass")):
+        assert problem.index_names == ("size", "slope", "mass")
+        assert problem.options.full
+    evaluation = slider(objective="mass").evaluate(np.array([[0.3, 0.5]]))
+    assert evaluation.indices["mass"] == evaluation.objectives[:, 0] == pytest.approx([2.8])
+
+
+def test_numbers_are_measured_where_variables_follow(slider: Any) -> None:
+    problem, every = slider(), slider(free="all")
+    designs = np.array([[0.3, 0.5], [0.4, 1.45], [0.2, 0.2]])
+    one, other = problem.evaluate(designs), every.evaluate(problem.complete(designs))
+    np.testing.assert_array_equal(one.constraints, other.constraints)
+    np.testing.assert_array_equal(one.log_merit, other.log_merit)
+    assert problem.mechanism(designs[0]) == every.mechanism(problem.complete(designs)[0])
+    np.testing.assert_array_equal(one.quantity("tail"), designs[:, 1])

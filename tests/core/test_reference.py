@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import pytest
 
+import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference
 
 VERDICTS = ("reproduced", "not reproducible", "contradicted", "ours")
+PRINTED = [name for name in pkm_gym.problems() if pkm_gym.make_problem(name).reference]
+
+
+@pytest.fixture(scope="module", params=PRINTED)
+def problem(request: pytest.FixtureRequest) -> DesignProblem:
+    """Each problem that has a paper."""
+    return pkm_gym.make_problem(request.param)
 
 
 def test_every_number_has_a_place_a_verdict_and_a_tolerance(problem: DesignProblem) -> None:
@@ -60,3 +68,13 @@ def test_a_value_is_found_by_name_else_the_closest_is_offered(problem: DesignPro
 
 def test_it_is_read_once(problem: DesignProblem) -> None:
     assert Reference.load(problem.declared.package, problem.declared.reference) is problem.reference
+
+
+def test_without_a_paper_nothing_is_printed() -> None:
+    nothing = Reference.load("pkm_gym.core")
+    assert not nothing
+    for part in (nothing.design, nothing.values, nothing.optima, nothing.claims):
+        assert not part
+    assert not Reference.load("no_such_package")
+    with pytest.raises(KeyError, match="unknown printed value 'l1'"):
+        nothing["l1"]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, polish, solve_tasks
 
@@ -29,10 +32,10 @@ def test_optima_are_strictly_feasible(problem: DesignProblem, family: Solutions)
 def test_random_designs_never_beat_an_optimum(
     problem: DesignProblem, family: Solutions, rng: np.random.Generator
 ) -> None:
-    designs = problem.low + (problem.high - problem.low) * rng.random((20000, len(problem.low)))
+    designs = problem.low + (problem.high - problem.low) * rng.random((5000, len(problem.low)))
     sign = 1.0 if problem.directions[0] == "minimize" else -1.0
     for task, optimum, solvable in zip(
-        family.tasks[:40], family.optima, family.solvable, strict=False
+        family.tasks[:20], family.optima, family.solvable, strict=False
     ):
         evaluation = problem.evaluate(designs, task[None])
         values = sign * evaluation.objectives[evaluation.feasible, 0]
@@ -40,19 +43,19 @@ def test_random_designs_never_beat_an_optimum(
 
 
 def test_the_same_seed_gives_the_same_optima(problem: DesignProblem, family: Solutions) -> None:
-    one, other = (solve_tasks(problem, family.tasks[:5], seed=3) for _ in range(2))
+    one, other = (solve_tasks(problem, family.tasks[:3], seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
 
 
 def test_another_seed_agrees_to_ten_digits(problem: DesignProblem, family: Solutions) -> None:
-    again = solve_tasks(problem, family.tasks[:24], seed=99)
-    both = again.certified & family.certified[:24] & again.solvable
-    assert both.sum() >= 22
-    np.testing.assert_array_equal(again.solvable, family.solvable[:24])
+    again = solve_tasks(problem, family.tasks[:12], seed=99)
+    both = again.certified & family.certified[:12] & again.solvable
+    assert both.sum() >= 11
+    np.testing.assert_array_equal(again.solvable, family.solvable[:12])
     np.testing.assert_allclose(
-        again.log_merit[both], family.log_merit[:24][both], rtol=0.0, atol=1e-10
+        again.log_merit[both], family.log_merit[:12][both], rtol=0.0, atol=1e-10
     )
 
 
@@ -95,15 +98,15 @@ def test_solving_follows_fixed_variables_and_bounds() -> None:
 
 
 def test_polish_is_never_worse_than_its_start(
-    problem: DesignProblem, rng: np.random.Generator
+    problem: DesignProblem, spread: Any, usable: Evaluation, rng: np.random.Generator
 ) -> None:
-    starts = problem.low + (problem.high - problem.low) * rng.random((48, len(problem.low)))
-    tasks = problem.draw_tasks(len(starts), rng)
+    some = usable.designs[:12], usable.tasks[:12]
+    drawn = zip(spread(problem, rng, 12), some, strict=True)
+    starts, tasks = map(np.concatenate, drawn)
     before = problem.evaluate(starts, tasks)
     after = problem.evaluate(polish(problem, starts, tasks), tasks)
-    assert before.feasible.any()
     assert after.feasible[before.feasible].all()
-    assert after.feasible.sum() > before.feasible.sum()
+    assert after.feasible.sum() > before.feasible.sum() >= 12
     assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
     lost = ~after.feasible
     assert (after.log_merit <= before.log_merit)[lost].all()

@@ -72,8 +72,9 @@ def test_no_feasible_design_reaches_the_worst_value(
     assert values.max() < problem.objectives[0].worst
 
 
-def test_a_trial_gets_its_value_constraints_and_attributes(problem: DesignProblem) -> None:
-    design = problem.printed_design()
+def test_a_trial_gets_its_value_constraints_and_attributes(
+    problem: DesignProblem, design: np.ndarray
+) -> None:
     trial = Trial(problem.named(design))
     value = problem.objective_for(None)(trial)
     evaluation = problem.evaluate(design[None])

@@ -58,6 +58,7 @@ def test_page_runs_and_prints_what_is_pasted(page, flags, tmp_path):
     scripts = Path(sys.executable).parent
     environment = {
         **os.environ, "COLUMNS": "80", "MPLBACKEND": "agg", "NO_COLOR": "1",
+        "OMP_NUM_THREADS": "1",  # PyTorch's threads wait for each other where cores are busy
         "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}",
     }  # fmt: skip
     done = subprocess.run(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,32 +11,42 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-import pkm_gym
-from pkm_gym.core.pool import Pool
-from pkm_gym.core.solve import solve_tasks
+from pkm_gym.core.pool import ARRAYS, Pool
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import Solutions
 from pkm_gym.envs.design import DesignEnv
-from pkm_gym.envs.registration import DESIGN
-
-FIXED = [env_id for env_id, (_, family) in DESIGN.items() if not family]
-FAMILY = [env_id for env_id, (_, family) in DESIGN.items() if family]
 
 
-@pytest.fixture(params=FIXED + FAMILY)
-def env_id(request: pytest.FixtureRequest) -> str:
-    """Each registered id."""
-    return request.param
+@pytest.fixture(params=["", "Family"])
+def env_id(problem: DesignProblem, request: pytest.FixtureRequest) -> str:
+    """Each registered id of a design environment."""
+    return f"PKM/{problem.declared.environment}{request.param}-v0"
 
 
-@pytest.fixture(params=FIXED)
-def fixed_id(request: pytest.FixtureRequest) -> str:
+@pytest.fixture
+def fixed_id(problem: DesignProblem) -> str:
     """Each id of a paper's task."""
-    return request.param
+    return f"PKM/{problem.declared.environment}-v0"
 
 
-@pytest.fixture(params=FAMILY)
-def family_id(request: pytest.FixtureRequest) -> str:
+@pytest.fixture
+def family_id(problem: DesignProblem) -> str:
     """Each id of a Family."""
-    return request.param
+    return f"PKM/{problem.declared.environment}Family-v0"
+
+
+@pytest.fixture(scope="session")
+def other_task() -> Callable[[DesignProblem], dict[str, float]]:
+    """A function that returns a legal task other than the paper's."""
+
+    def other(problem: DesignProblem) -> dict[str, float]:
+        for field in problem.task_variables:
+            for value in (field.legal_low, field.legal_high):
+                if value != field.default:
+                    return {field.name: value}
+        raise AssertionError(f"{problem.name} has one task only")
+
+    return other
 
 
 @pytest.fixture(scope="session")
@@ -49,16 +61,20 @@ def make():
 
 @pytest.fixture(scope="session")
 def play():
-    """A function that plays whole episodes: the (observation, reward, flags, info) of each step."""
+    """A function that plays whole episodes: the (observation, reward, flags, info) of each step.
 
-    def played(env: gym.Env, seed: int, episodes: int = 1) -> list[tuple]:
+    A design that is given in the options is the first that is evaluated.
+    """
+
+    def played(env: gym.Env, seed: int, episodes: int = 1, options: Any = None) -> list[tuple]:
         actions = np.random.default_rng(seed)
         steps = []
         for episode in range(episodes):
-            env.reset(seed=seed if episode == 0 else None)
+            env.reset(seed=seed if episode == 0 else None, options=options)
             ended = False
             while not ended:
-                steps.append(env.step(actions.uniform(-1.0, 1.0, env.action_space.shape)))
+                action = actions.uniform(-1.0, 1.0, env.action_space.shape)
+                steps.append(env.step(0.0 * action if options and not steps else action))
                 ended = steps[-1][2]
         return steps
 
@@ -66,20 +82,19 @@ def play():
 
 
 @pytest.fixture(scope="session")
-def pools(tmp_path_factory: pytest.TempPathFactory):
-    """A function that returns the pool of a problem and its file: seven solved tasks, one not."""
-    known: dict[str, tuple[Pool, Path]] = {}
-
-    def pool_of(name: str) -> tuple[Pool, Path]:
-        if name not in known:
-            problem = pkm_gym.make_problem(name)
-            rng = np.random.default_rng(5)
-            tasks = np.vstack([problem.pack(None), problem.draw_tasks(7, rng)])
-            starts = problem.low + (problem.high - problem.low) * rng.random((8, len(problem.low)))
-            pool = Pool.from_solutions(solve_tasks(problem, tasks), starts, problem, "a test")
-            pool.solvable[3] = False
-            known[name] = pool, tmp_path_factory.mktemp("pools") / f"{name}.npz"
-            pool.save(known[name][1])
-        return known[name]
-
-    return pool_of
+def pools(
+    problem: DesignProblem, paper: Solutions, solved: Solutions, tmp_path_factory: Any
+) -> tuple[Pool, Path]:
+    """A pool of the problem, with its file: the paper's task and six more, solved, and one not."""
+    rows = np.flatnonzero(solved.solvable)[:7]
+    first, more = (Pool.from_solutions(s, s.designs, problem, "a test") for s in (paper, solved))
+    joined = {
+        name: np.concatenate([getattr(first, name), getattr(more, name)[rows]]) for name in ARRAYS
+    }
+    pool = dataclasses.replace(more, **joined)
+    rng = np.random.default_rng(5)
+    pool.starts[:] = problem.low + (problem.high - problem.low) * rng.random(pool.starts.shape)
+    pool.solvable[3] = False
+    file = tmp_path_factory.mktemp("pools") / f"{problem.name}.npz"
+    pool.save(file)
+    return pool, file

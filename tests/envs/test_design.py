@@ -54,7 +54,8 @@ def test_absolute_actions_jump_over_the_whole_box(fixed_id, make):
         (-0.5, 0.75 * low + 0.25 * high),
     ):
         *_, info = env.step(np.full(len(low), action))
-        np.testing.assert_allclose(list(info["design"].values()), wanted, rtol=1e-14)
+        tried = [info["design"][name] for name in env.problem.variable_names]
+        np.testing.assert_allclose(tried, wanted, rtol=1e-14)
 
 
 def test_actions_beyond_the_box_are_clipped(fixed_id, make):
@@ -100,11 +101,12 @@ def test_stepping_before_a_reset_or_after_the_end_is_refused(fixed_id, make, pla
         env.step(env.action_space.sample())
 
 
-def test_answer_is_that_of_the_problem_over_the_whole_episode(env_id, make, play):
+def test_answer_is_that_of_the_problem_over_the_whole_episode(env_id, make, play, usable):
     answered = 0
-    for seed in range(20):
+    for seed in range(12):
         env = make(env_id, start="random")
-        steps = play(env, seed)
+        options = {"design": usable.designs[seed], "task": usable.tasks[seed]} if seed % 2 else None
+        steps = play(env, seed, options=options)
         names = env.problem.variable_names
         designs = np.array([[step[4]["design"][name] for name in names] for step in steps])
         task = env.problem.unpack(env.session.tasks[0])
@@ -119,12 +121,11 @@ def test_answer_is_that_of_the_problem_over_the_whole_episode(env_id, make, play
                     evaluation.objectives[best, 0], rel=1e-12
                 )
         answered += answer["feasible"]
-    assert answered > 0
+    assert answered >= 6
 
 
 def test_info_tells_what_the_problem_tells(env_id, make, play):
     env = make(env_id, start="random")
-    undefined = 0
     for seed in range(10):
         for *_, info in play(env, seed):
             names = env.problem.variable_names
@@ -138,8 +139,6 @@ def test_info_tells_what_the_problem_tells(env_id, make, play):
             assert info["feasible"] is bool(evaluation.feasible[0])
             assert info["merit"] == pytest.approx(evaluation.merit[0], rel=1e-14)
             assert set(info["units"]) == set(info["design"]) | set(env.problem.index_names)
-            undefined += len(defined) < len(env.problem.index_names)
-    assert undefined > 0
 
 
 def test_info_belongs_to_the_caller(fixed_id, make):
@@ -204,22 +203,38 @@ def regrets(steps: list, optimum: float) -> np.ndarray:
 
 
 def test_regret_of_the_papers_task_is_measured_from_its_verified_optimum(fixed_id, make, play):
+    problem = make(fixed_id).problem
+    optimum = problem.reference.optima.get(problem.objectives[0].name)
+    if optimum is None:
+        with pytest.raises(ValueError, match=r"give pool='FILE.npz' for another"):
+            make(fixed_id, reward="regret")
+        return
     env = make(fixed_id, reward="regret", regret_floor=1e-3)
-    problem = env.problem
-    optimum = problem.reference.optima[problem.objectives[0].name]
     evaluation = problem.evaluate(problem.design(optimum.design)[None])
     assert evaluation.feasible[0]
-    steps = play(env, 3)
-    r = regrets(steps, evaluation.log_merit[0])
-    wanted = 0.3 * np.log((r[:-1] + 1e-3) / (r[1:] + 1e-3))
-    np.testing.assert_allclose([step[1] for step in steps], wanted, atol=1e-12)
+    check_regrets(play(env, 3), evaluation.log_merit[0], 1e-3)
     env.reset(options={"design": optimum.design})
     _, reward, *_ = env.step(np.zeros(len(problem.low)))
     assert reward == pytest.approx(0.3 * np.log((WORST - evaluation.log_merit[0]) / 1e-3 + 1.0))
 
 
+def test_regret_of_the_papers_task_may_be_measured_from_a_pools_optimum(
+    fixed_id, make, play, pools
+):
+    pool, file = pools
+    env = make(fixed_id, reward="regret", pool=str(file))
+    optimum = env.problem.evaluate(pool.designs[:1]).log_merit[0]
+    check_regrets(play(env, 3), optimum, 1e-5)
+
+
+def check_regrets(steps: list, optimum: float, floor: float) -> None:
+    r = regrets(steps, optimum)
+    wanted = 0.3 * np.log((r[:-1] + floor) / (r[1:] + floor))
+    np.testing.assert_allclose([step[1] for step in steps], wanted, atol=1e-7)
+
+
 def test_regret_of_a_family_is_measured_from_the_pools_optima(family_id, make, play, pools):
-    pool, file = pools(gym.spec(family_id).kwargs["problem"])
+    pool, file = pools
     env = make(family_id, reward="regret", pool=str(file))
     for seed in range(5):
         steps = play(env, seed)
@@ -228,12 +243,10 @@ def test_regret_of_a_family_is_measured_from_the_pools_optima(family_id, make, p
         optimum = env.problem.evaluate(pool.designs[row][None], env.session.tasks)
         assert optimum.feasible[0]
         assert optimum.objectives[0, 0] == pytest.approx(pool.optima[row], rel=1e-12)
-        r = regrets(steps, optimum.log_merit[0])
-        wanted = 0.3 * np.log((r[:-1] + 1e-5) / (r[1:] + 1e-5))
-        np.testing.assert_allclose([step[1] for step in steps], wanted, atol=1e-7)
+        check_regrets(steps, optimum.log_merit[0], 1e-5)
 
 
-def test_regret_without_a_known_optimum_is_refused(fixed_id, make):
+def test_regret_without_a_known_optimum_is_refused(fixed_id, make, pools, other_task):
     problem = make(fixed_id).problem
     variable = problem.variables[0]
     for changed in (
@@ -243,22 +256,17 @@ def test_regret_without_a_known_optimum_is_refused(fixed_id, make):
     ):
         with pytest.raises(ValueError, match="optimum of the paper's"):
             make(fixed_id, reward="regret", **changed)
-    with pytest.raises(ValueError, match="has no stored optimum"):
-        make(fixed_id, reward="regret").reset(options={"task": other_task(problem)})
-
-
-def test_regret_of_a_family_without_its_optima_is_refused(family_id, make, pools):
-    with pytest.raises(ValueError, match=r"needs solved tasks: give pool='FILE.npz'"):
-        make(family_id, reward="regret")
-    problem = make(family_id).problem
-    env = make(family_id, reward="regret", pool=str(pools(problem.name)[1]))
+    env = make(fixed_id, reward="regret", pool=str(pools[1]))
     with pytest.raises(ValueError, match="has no stored optimum"):
         env.reset(options={"task": other_task(problem)})
 
 
-def other_task(problem) -> dict[str, float]:
-    field = problem.task_variables[0]
-    return {field.name: field.legal_low}
+def test_regret_of_a_family_without_its_optima_is_refused(family_id, make, pools, other_task):
+    with pytest.raises(ValueError, match=r"needs solved tasks: give pool='FILE.npz'"):
+        make(family_id, reward="regret")
+    env = make(family_id, reward="regret", pool=str(pools[1]))
+    with pytest.raises(ValueError, match="has no stored optimum"):
+        env.reset(options={"task": other_task(env.problem)})
 
 
 # What is refused --------------------------------------------------------------------------------
@@ -316,6 +324,6 @@ def test_bad_arguments_are_refused_in_one_sentence(fixed_id, arguments, sentence
     assert "\n" not in str(refusal.value)
 
 
-def test_unknown_problem_is_answered_with_the_closest_match():
-    with pytest.raises(ValueError, match="did you mean 'diamond'"):
-        DesignEnv("diamnd")
+def test_unknown_problem_is_answered_with_the_closest_match(problem):
+    with pytest.raises(ValueError, match=f"did you mean '{problem.name}'"):
+        DesignEnv(f"{problem.name}x")

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 PAGES = Path(__file__).parents[2] / "docs" / "environments"
 
 
 def test_page_states_ids_spaces_and_layout(env_id, make):
     env = make(env_id)
-    mechanism = env.problem.declared.package.rpartition(".")[2]
+    room, _, mechanism = env.problem.declared.package.rpartition(".")
+    if room != "pkm_gym.mechanisms":
+        pytest.skip("its page is elsewhere")
     text = (PAGES / f"{mechanism}.md").read_text()
     size, moves = env.observation_space.shape[0], env.action_space.shape[0]
     assert f"`{env_id}`" in text

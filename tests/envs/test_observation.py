@@ -104,11 +104,12 @@ def test_fixed_and_family_ids_share_their_spaces(family_id):
 def test_layout_follows_the_free_variables(fixed_id, make):
     whole = make(fixed_id)
     name = whole.problem.variable_names[0]
-    env = make(fixed_id, fixed={name: float(whole.problem.reference.design[name])})
+    value = float(whole.problem.printed_design()[0])
+    env = make(fixed_id, fixed={name: value})
     assert env.observation_space.shape[0] == whole.observation_space.shape[0] - 2
     seen, info = env.reset()
     assert seen in env.observation_space
-    assert info["best_design"][name] == whole.problem.reference.design[name]
+    assert info["best_design"][name] == value
 
 
 def test_whole_legal_range_of_a_task_is_seen(family_id, make):

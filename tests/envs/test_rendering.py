@@ -98,9 +98,13 @@ def photographed(monkeypatch):
     return machines
 
 
-def test_mujoco_draws_the_machine_of_the_design_evaluated_last(env_id, make, photographed):
+def test_mujoco_draws_the_machine_of_the_design_evaluated_last(
+    problem, env_id, make, usable, photographed
+):
+    if not problem.mechanism(usable.designs[0]).twin_module:
+        pytest.skip("its mechanism has no twin")
     env = make(env_id, render_mode="rgb_array", renderer="mujoco")
-    env.reset(seed=0)
+    env.reset(seed=0, options={"design": usable.designs[0], "task": usable.tasks[0]})
     *_, info = env.step(np.zeros(env.action_space.shape))
     assert env.render().shape == (960, 1280, 3)
     design, task = env.problem.design(info["design"]), env.session.tasks[0]

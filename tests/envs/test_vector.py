@@ -66,7 +66,7 @@ def run_both(native, sync, rng, steps: int, mode: str) -> int:
 def test_native_is_sync_over_several_episodes(env_id, rng, mode, start):
     native, sync = pair(env_id, mode, start=start)
     assert_same(native.reset(seed=11), sync.reset(seed=11))
-    assert run_both(native, sync, rng, 50, mode) >= 3 * N
+    assert run_both(native, sync, rng, 28, mode) >= 2 * N
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -78,20 +78,20 @@ def test_native_is_sync_when_sessions_end_at_different_steps(env_id, rng, mode):
         run_both(native, sync, rng, 2, mode)
         options = {"reset_mask": mask}
         assert_same(*(e.reset(options=dict(options)) for e in (native, sync)))
-    assert run_both(native, sync, rng, 30, mode) >= 3 * N
+    assert run_both(native, sync, rng, 16, mode) >= 3 * N
 
 
 @pytest.mark.parametrize("mode", MODES)
 def test_native_is_sync_with_regret_and_a_pool(family_id, rng, mode, pools):
-    _, file = pools(gym.spec(family_id).kwargs["problem"])
+    _, file = pools
     native, sync = pair(family_id, mode, pool=str(file), start="pool", reward="regret")
     assert_same(native.reset(seed=7), sync.reset(seed=7))
     assert run_both(native, sync, rng, 30, mode) >= 2 * N
 
 
 @pytest.mark.parametrize("reward", ["final", "regret"])
-def test_native_is_sync_with_other_rewards_of_the_papers_task(fixed_id, rng, reward):
-    native, sync = pair(fixed_id, reward=reward, action_mode="absolute")
+def test_native_is_sync_with_other_rewards_of_the_papers_task(fixed_id, rng, pools, reward):
+    native, sync = pair(fixed_id, reward=reward, action_mode="absolute", pool=str(pools[1]))
     assert_same(native.reset(seed=7), sync.reset(seed=7))
     assert run_both(native, sync, rng, 26, "SameStep") == 2 * N
 
@@ -103,7 +103,10 @@ def test_native_takes_seeds_and_options_as_sync_does(env_id, rng):
     native.reset(seed=0), sync.reset(seed=0)
     assert_same(native.reset(seed=seeds), sync.reset(seed=seeds))
     assert native.np_random_seed[0] == native.np_random_seed[2] == 5
-    given = {"task": problem.draw_tasks(1, rng)[0], "design": problem.printed_design()}
+    given = {
+        "task": problem.draw_tasks(1, rng)[0],
+        "design": 0.7 * problem.low + 0.3 * problem.high,
+    }
     for options in (given, {"task": {}}, {"design": problem.named(given["design"])}, {}):
         assert_same(native.reset(options=dict(options)), sync.reset(options=dict(options)))
     assert_same(native.reset(), sync.reset())

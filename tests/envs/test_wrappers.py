@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import gymnasium as gym
@@ -14,8 +15,8 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 import pkm_gym
 from pkm_gym.core.trial import trial_values
 from pkm_gym.envs.wrappers import FixedTasks, MultiObjective, PaperGrid
+from pkm_gym.mechanisms import declaration
 
-SEVERAL = {"diamond": ("tau_G", "condition"), "spr3": ("gci",), "spr3_cylinder": ("gci",)}
 GRIDS = [name for name in pkm_gym.problems() if pkm_gym.make_problem(name).grid() is not None]
 
 
@@ -36,8 +37,7 @@ def tasks(family_id, make, rng):
 
 @pytest.fixture(params=GRIDS)
 def grid(request) -> PaperGrid:
-    ids = [i for i in gym.registry if i.startswith("PKM/") and not i.endswith("Family-v0")]
-    env_id = next(i for i in ids if gym.spec(i).kwargs["problem"] == request.param)
+    env_id = f"PKM/{declaration(request.param).environment}-v0"
     return PaperGrid(made(env_id, action_mode="absolute"))
 
 
@@ -68,9 +68,9 @@ def test_a_reset_that_is_refused_skips_no_task(family_id, tasks):
     assert env.row == 0
 
 
-def test_a_pool_gives_its_tasks(pools):
-    pool, _ = pools("diamond")
-    env = FixedTasks(made("PKM/Diamond-v0"), pool)
+def test_a_pool_gives_its_tasks(fixed_id, pools):
+    pool, _ = pools
+    env = FixedTasks(made(fixed_id), pool)
     np.testing.assert_array_equal(env.tasks, pool.tasks)
 
 
@@ -86,37 +86,39 @@ def test_the_wrapped_environment_is_made_again_from_its_spec(family_id, tasks):
 
 
 def test_bad_tasks_are_refused(family_id, tasks, pools):
+    width, fields = tasks.shape[1], made(family_id).unwrapped.problem.task_variables
     env = made(family_id)
-    with pytest.raises(ValueError, match=r"tasks must be numbers of shape \(3, "):
+    with pytest.raises(ValueError, match=rf"tasks must be numbers of shape \(3, {width}\)"):
         FixedTasks(env, tasks[:, 1:])
     with pytest.raises(ValueError, match="tasks must be numbers of shape"):
         FixedTasks(env, tasks[:0])
     with pytest.raises(ValueError, match="task row 1: "):
-        FixedTasks(env, np.vstack([tasks[0], tasks[1] * 1e6]))
+        FixedTasks(env, np.vstack([tasks[0], [v.legal_high + 1.0 for v in fields]]))
     with pytest.raises(ValueError, match="tasks must be finite"):
         FixedTasks(env, tasks * np.nan)
-    other = "spr3" if env.unwrapped.problem.name == "diamond" else "diamond"
+    other = dataclasses.replace(pools[0], hash="0" * 64)
     with pytest.raises(ValueError, match="the pool belongs to another problem"):
-        FixedTasks(env, pools(other)[0])
+        FixedTasks(env, other)
 
 
-def test_the_reward_is_the_vector_of_objectives(fixed_id, make, rng):
-    names = SEVERAL[make(fixed_id).problem.name]
+def test_the_reward_is_the_vector_of_objectives(problem, fixed_id, design, rng):
+    names = [objective.name for objective in problem.all_objectives]
     env = MultiObjective(made(fixed_id, objective=names))
     plain = made(fixed_id, objective=names)
     problem = env.unwrapped.problem
     signs = np.where([o.direction == "maximise" for o in problem.objectives], 1.0, -1.0)
     feasible = 0
-    for episode in range(20):
-        env.reset(seed=episode)
-        plain.reset(seed=episode)
+    for episode in range(4):
+        options = {"design": design} if episode % 2 else None
+        env.reset(seed=episode, options=options)
+        plain.reset(seed=episode, options=options)
         terminated = False
         while not terminated:
-            action = rng.uniform(-1.0, 1.0, env.action_space.shape)
+            action = rng.uniform(-1.0, 1.0, env.action_space.shape) * (episode > 1)
             _, reward, terminated, _, info = env.step(action)
             _, scalar, _, _, _ = plain.step(action)
-            design = problem.design({n: info["design"][n] for n in problem.variable_names})
-            expected = trial_values(problem.evaluate(design[None]))[0]
+            tried = problem.design({n: info["design"][n] for n in problem.variable_names})
+            expected = trial_values(problem.evaluate(tried[None]))[0]
             np.testing.assert_allclose(reward, signs * expected, rtol=1e-6)
             assert env.reward_space.contains(reward)
             assert info["scalar_reward"] == scalar
@@ -130,7 +132,8 @@ def test_the_reward_is_the_vector_of_objectives(fixed_id, make, rng):
 def test_each_action_evaluates_its_design_of_the_grid(grid, rng):
     problem = grid.unwrapped.problem
     np.testing.assert_array_equal(grid.designs, problem.grid())
-    page = Path(__file__).parents[2] / "docs" / "environments" / f"{problem.name}.md"
+    folder = problem.declared.package.rpartition(".")[2]
+    page = Path(__file__).parents[2] / "docs" / "environments" / f"{folder}.md"
     assert f"`Discrete({grid.action_space.n})`" in page.read_text()
     for number in (0, grid.action_space.n - 1, *rng.integers(grid.action_space.n, size=20)):
         grid.reset(seed=0)

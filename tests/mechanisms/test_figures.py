@@ -40,10 +40,6 @@ def test_each_figure_is_drawn(mechanism, name):
     assert (pixels < 128).any(axis=2).mean() > 0.01
 
 
-def test_every_problem_has_figures(problem):
-    assert len(pictures_of(problem.name)) > 1
-
-
 def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     optima = model.reference.optima
     monkeypatch.setattr(diamond, "SCAN", np.array([0.3, 0.6, 0.7]))

@@ -1,94 +1,46 @@
-"""Properties of every mechanism; a new one joins with an entry of CASES."""
+"""Properties of every mechanism."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 import pytest
 
-import pkm_gym
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
 
-DESIGNS, POSES = 60, 40
-
-
-@dataclass(frozen=True)
-class Case:
-    """What the properties must know of a mechanism that its interface doesn't say."""
-
-    out_of_reach: Callable[[Any], np.ndarray]  # a pose that no limb reaches
-    inside: Callable[[Any, np.random.Generator], np.ndarray] | None = None  # poses off any limit
-    sliding: tuple[str, ...] = ()  # roles of links that are drawn longer or shorter
-    mirrored_pose: Callable[[np.ndarray], np.ndarray] | None = None
-    mirrored_joints: Callable[[np.ndarray], np.ndarray] | None = None
-
-
-def _spr3_poses(machine: Any, rng: np.random.Generator) -> np.ndarray:
-    share = rng.uniform(0.05, 0.95, (POSES, 3))
-    return machine.forward_kinematics(machine.q_min + (machine.q_max - machine.q_min) * share)
-
-
-def _cylinder_poses(machine: Any, rng: np.random.Generator) -> np.ndarray:
-    poses = machine.pose_at(machine.cylinder_points() * [0.95, 0.95, 1.0])
-    lengths = machine.leg_lengths(poses)
-    inset = 0.02 * (machine.q_max - machine.q_min)
-    inside = (lengths > machine.q_min + inset) & (lengths < machine.q_max - inset)
-    return rng.permutation(poses[inside.all(axis=1)])[:POSES]
-
-
-CASES = {
-    "diamond": Case(
-        out_of_reach=lambda machine: np.array([machine.e, -1.001 * (machine.l1 + machine.l2)]),
-        mirrored_pose=lambda pose: pose * [-1.0, 1.0],
-        mirrored_joints=lambda joints: np.pi - joints[..., ::-1],
-    ),
-    "spr3": Case(
-        out_of_reach=lambda machine: np.array([0.1, 0.2, -machine.q_c]),
-        inside=_spr3_poses,
-        sliding=("rod",),
-        mirrored_pose=lambda pose: pose * [1.0, -1.0, 1.0],
-        mirrored_joints=lambda joints: joints[..., [1, 0, 2]],
-    ),
-    "spr3_cylinder": Case(
-        out_of_reach=lambda machine: np.array([0.1, 0.2, -machine.q_c]),
-        inside=_cylinder_poses,
-        sliding=("rod",),
-        mirrored_pose=lambda pose: pose * [1.0, -1.0, 1.0],
-        mirrored_joints=lambda joints: joints[..., [1, 0, 2]],
-    ),
-}
+POSES = 40
+STEP = 4e-4  # of a numerical derivative, m or rad
 
 
 @dataclass(frozen=True)
 class Sample:
-    case: Case
     machine: Mechanism
     poses: np.ndarray
 
 
-@pytest.fixture(scope="module")
-def samples(problem: DesignProblem) -> list[Sample]:
-    """Random machines with a usable workspace, each with random poses in it."""
+@pytest.fixture(scope="session")
+def samples(problem: DesignProblem, usable: Evaluation) -> list[Sample]:
+    """Machines with a usable workspace, each with random poses in it."""
     rng = np.random.default_rng(7)
-    case = CASES[problem.name]
-    designs = problem.low + (problem.high - problem.low) * rng.random(
-        (200 * DESIGNS, len(problem.low))
-    )
-    tasks = problem.draw_tasks(len(designs), rng)
-    kept = np.flatnonzero(problem.evaluate(designs, tasks).feasible)[:DESIGNS]
-    assert len(kept) == DESIGNS
-    machines = [problem.mechanism(designs[i], problem.unpack(tasks[i])) for i in kept]
-    inside = case.inside or drawn_poses
-    return [Sample(case, machine, inside(machine, rng)) for machine in machines]
+    machines = [problem.mechanism(d, usable.task(i)) for i, d in enumerate(usable.designs)]
+    return [Sample(machine, inside(machine, rng)) for machine in machines]
 
 
-def drawn_poses(machine: Mechanism, rng: np.random.Generator) -> np.ndarray:
-    grid = machine.workspace_grid(53, 31)
-    return rng.permutation(grid.reshape(-1, grid.shape[-1]))[:POSES]
+def inside(machine: Mechanism, rng: np.random.Generator) -> np.ndarray:
+    """Poses between those of the workspace, with a derivative's steps about them within reach."""
+    known = machine.search_poses()
+    known = known[np.isfinite(known).all(axis=1)]
+    ends = known[rng.integers(len(known), size=(2, 20 * POSES))]
+    drawn = ends[0] + rng.uniform(0.05, 0.95, (20 * POSES, 1)) * (ends[1] - ends[0])
+    steps = 3.0 * STEP * np.concatenate([np.eye(drawn.shape[1]), -np.eye(drawn.shape[1])])
+    about = np.concatenate([drawn[:, None], drawn[:, None] + steps], axis=1)
+    kept = np.isfinite(machine.inverse_kinematics(about)).all(axis=(1, 2))
+    assert kept.sum() >= POSES
+    return drawn[kept][:POSES]
 
 
 def turned(angles: np.ndarray) -> np.ndarray:
@@ -98,19 +50,14 @@ def turned(angles: np.ndarray) -> np.ndarray:
 
 def derivative(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
     """Derivative (..., out, in) by central differences of sixth order."""
-    step = 4e-4
     columns = []
     for direction in np.eye(at.shape[-1]):
         rises = [
-            turned(function(at + k * step * direction) - function(at - k * step * direction))
+            turned(function(at + k * STEP * direction) - function(at - k * STEP * direction))
             for k in (1, 2, 3)
         ]
-        columns.append((1.5 * rises[0] - 0.3 * rises[1] + rises[2] / 30.0) / (2.0 * step))
+        columns.append((1.5 * rises[0] - 0.3 * rises[1] + rises[2] / 30.0) / (2.0 * STEP))
     return np.stack(columns, axis=-1)
-
-
-def test_every_problem_has_a_case() -> None:
-    assert set(CASES) == set(pkm_gym.problems())
 
 
 def test_forward_kinematics_undoes_inverse_kinematics(samples: list[Sample]) -> None:
@@ -161,18 +108,16 @@ def test_jacobian_is_the_derivative_of_forward_kinematics(samples: list[Sample])
         assert (np.abs(twists - jacobian) / scale).max() <= 1e-8
 
 
-def test_mirrored_poses_have_mirrored_joints(samples: list[Sample]) -> None:
-    if samples[0].case.mirrored_pose is None:
-        pytest.skip("no mirror symmetry")
+def test_a_symmetry_maps_poses_joints_and_indices(samples: list[Sample]) -> None:
     for sample in samples:
-        mirrored = sample.case.mirrored_pose(sample.poses)
-        joints = sample.machine.inverse_kinematics(sample.poses)
-        expected = sample.case.mirrored_joints(joints)
-        found = sample.machine.inverse_kinematics(mirrored)
-        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
-        maps, mirrored_maps = map(sample.machine.index_maps, (sample.poses, mirrored))
-        for name, index in maps.items():
-            np.testing.assert_allclose(mirrored_maps[name].values, index.values, rtol=1e-9)
+        for _, pose, joints in sample.machine.symmetries():
+            image = pose(sample.poses)
+            expected = joints(sample.machine.inverse_kinematics(sample.poses))
+            found = sample.machine.inverse_kinematics(image)
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+            maps, images = map(sample.machine.index_maps, (sample.poses, image))
+            for name, index in maps.items():
+                np.testing.assert_allclose(images[name].values, index.values, rtol=1e-9)
 
 
 VERBS = ("inverse_kinematics", "jacobian", "inverse_jacobian")
@@ -206,13 +151,17 @@ def test_verbs_refuse_a_wrong_last_axis(samples: list[Sample], verb: str) -> Non
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_out_of_reach_is_nan_for_that_pose_alone(samples: list[Sample], verb: str) -> None:
+def test_out_of_reach_is_nan_for_that_pose_alone(
+    samples: list[Sample], anywhere: Callable, rng: np.random.Generator, verb: str
+) -> None:
     for sample in samples[:5]:
-        poses = sample.poses[:3].copy()
-        poses[1] = sample.case.out_of_reach(sample.machine)
-        found = getattr(sample.machine, verb)(poses).reshape(3, -1)
-        assert np.isnan(found[1]).any()
-        assert np.isfinite(found[[0, 2]]).all()
+        far = anywhere(sample.machine, rng, 200)
+        poses = np.concatenate([sample.poses, far])[rng.permutation(len(sample.poses) + len(far))]
+        reached = np.isfinite(sample.machine.inverse_kinematics(poses)).all(axis=1)
+        found = getattr(sample.machine, verb)(poses).reshape(len(poses), -1)
+        assert np.isfinite(found[reached]).all()
+        assert np.isnan(found[~reached]).any()
+        assert reached.sum() >= len(sample.poses)
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1, np.nan, np.inf, -np.inf, 1e7])
@@ -241,22 +190,18 @@ def test_the_workspace_grid_fills_the_outline(samples: list[Sample]) -> None:
                 assert end(grid[..., axis]) == pytest.approx(end(outline[:, axis]), rel=1e-14)
 
 
-def test_rigid_links_keep_their_length_and_the_base_its_place(samples: list[Sample]) -> None:
+def test_links_keep_their_length_or_slide_as_one_joint_does(samples: list[Sample]) -> None:
     for sample in samples[:10]:
-        shapes = [
-            [(link.role, link.points) for link in sample.machine.links(pose)]
-            for pose in sample.poses[:8]
-        ]
-        for links in zip(*shapes, strict=True):
-            (role, first), *others = links
-            for other_role, points in others:
-                assert other_role == role
-                if role == "base":
-                    np.testing.assert_array_equal(points, first)
-                if role in sample.case.sliding:
-                    continue
-                np.testing.assert_allclose(
-                    np.linalg.norm(np.diff(points, axis=0), axis=-1),
-                    np.linalg.norm(np.diff(first, axis=0), axis=-1),
-                    rtol=1e-12,
-                )
+        machine, poses = sample.machine, sample.poses[:8]
+        joints = machine.inverse_kinematics(poses)
+        slides = np.abs(joints - joints[0])
+        for links in zip(*(machine.links(pose) for pose in poses), strict=True):
+            assert len({link.role for link in links}) == 1
+            points = np.array([link.points for link in links])
+            if links[0].role == "base":
+                np.testing.assert_array_equal(points, np.broadcast_to(points[0], points.shape))
+            lengths = np.linalg.norm(np.diff(points, axis=1), axis=-1)
+            changes = np.abs(lengths - lengths[0])
+            rigid = changes.max(initial=0.0) <= 1e-12 * lengths.max(initial=0.0)
+            like = np.abs(changes.max(axis=1, initial=0.0)[:, None] - slides).max(axis=0)
+            assert rigid or like.min() <= 1e-12

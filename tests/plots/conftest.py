@@ -5,31 +5,34 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pkm_gym.core.merit import NO_MACHINE
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
 KINDS = ("feasible", "infeasible", "unreachable", "no machine")
 
 
-@pytest.fixture
-def designs(problem: DesignProblem) -> dict[str, FloatArray]:
-    """One design of each kind, found by evaluating the drawn points of the box and around it."""
+@pytest.fixture(scope="session")
+def designs(problem: DesignProblem, design: FloatArray) -> dict[str, FloatArray]:
+    """One design of each kind that there is, found by evaluating the box and what is around it."""
     generator = np.random.default_rng(5)
-    drawn = problem.low + (problem.high - problem.low) * generator.random((400, len(problem.low)))
-    evaluation = problem.evaluate(drawn)
-    defined = np.isfinite(evaluation.objectives[:, 0])
-    wide = problem.high * (0.05 + 1.5 * generator.random((400, len(problem.low))))
-    nowhere = np.isnan(problem.evaluate(wide).objectives[:, 0])
-    unreachable = np.concatenate([drawn[~defined], wide[nowhere]])
-    return {
-        "feasible": problem.printed_design(),
-        "infeasible": drawn[np.flatnonzero(defined & ~evaluation.feasible)[0]],
-        "unreachable": unreachable[0],
-        "no machine": np.full(len(problem.low), np.nan),
-    }
+    span = problem.high - problem.low
+    drawn = problem.low + span * generator.random((400, len(span)))
+    drawn = np.concatenate([drawn, design + generator.random((400, 1)) * (drawn - design)])
+    around = problem.low + span * generator.uniform(-1.0, 2.0, (400, len(span)))
+    every = problem.evaluate(np.concatenate([drawn, around]))
+    undefined = (every.unreached > 0.0) & (every.unreached < NO_MACHINE)
+    broken = ~every.feasible & (every.unreached == 0.0)
+    found = {"feasible": design, "no machine": np.full(len(span), np.nan)}
+    for kind, rows in (("infeasible", broken), ("unreachable", undefined)):
+        if rows.any():
+            found[kind] = every.designs[np.flatnonzero(rows)[0]]
+    return found
 
 
 @pytest.fixture(params=KINDS)
-def kind(request: pytest.FixtureRequest) -> str:
+def kind(designs: dict[str, FloatArray], request: pytest.FixtureRequest) -> str:
     """Each kind of design."""
+    if request.param not in designs:
+        pytest.skip(f"no design found is {request.param}")
     return request.param

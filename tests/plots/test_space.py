@@ -10,18 +10,19 @@ from pkm_gym import plots
 
 
 @pytest.fixture
-def cut(problem):
+def cut(problem, design):
     x, y, *held = problem.variables
-    values = {v.name: problem.reference.design[v.name] for v in held}
+    named = problem.named(design)
+    values = {v.name: named[v.name] for v in held}
     return plots.Slice.of(
         problem, (x.name, x.low, x.high), (y.name, y.low, y.high), values, columns=23, rows=17
     )
 
 
-def test_a_slice_holds_what_evaluate_says(problem, cut, rng):
+def test_a_slice_holds_what_evaluate_says(problem, design, cut, rng):
     for _ in range(10):
         row, column = rng.integers(17), rng.integers(23)
-        values = dict(problem.reference.design)
+        values = dict(zip(problem.variable_names, design, strict=True))
         values |= {cut.x: cut.x_values[column], cut.y: cut.y_values[row]}
         alone = problem.evaluate(problem.design(values)[None])
         for index in problem.index_names:

@@ -11,12 +11,16 @@ from pkm_gym.twin.check import random_designs
 from pkm_gym.twin.model import Twin
 from pkm_gym.twin.rig import Rig
 
-SPEEDS = {"diamond": 1.0, "spr3": 20.0}
+
+@pytest.fixture
+def speed(twinned):
+    """The speed, in paths of the paper, at which the environment drives the twin."""
+    return twinned.declared.motion.get("speed", 1.0)
 
 
 @pytest.fixture
-def rig(twinned, machine):
-    return Rig(machine, speed=SPEEDS[twinned.name], frame_skip=5)
+def rig(machine, speed):
+    return Rig(machine, speed=speed, frame_skip=5)
 
 
 def test_it_stands_at_the_start_of_its_path(rig, machine):
@@ -29,8 +33,8 @@ def test_it_stands_at_the_start_of_its_path(rig, machine):
     assert rig.assembled
 
 
-def test_the_path_is_the_paper_s_at_half_control_steps(rig, twinned, machine):
-    course = rig.twin.module.course(machine, 4001).at_speed(SPEEDS[twinned.name])
+def test_the_path_is_the_paper_s_at_half_control_steps(rig, machine, speed):
+    course = rig.twin.module.course(machine, 4001).at_speed(speed)
     path = rig.path
     assert path.steps == np.ceil(course.duration / rig.dt - 1e-9)
     times = 0.5 * rig.dt * np.arange(len(path.poses))
@@ -45,15 +49,15 @@ def test_the_path_is_the_paper_s_at_half_control_steps(rig, twinned, machine):
     np.testing.assert_allclose(change, path.velocities[middle], atol=0.02 * fastest)
 
 
-def test_every_point_of_every_feasible_design_s_path_is_within_reach(twinned):
+def test_every_point_of_every_feasible_design_s_path_is_within_reach(twinned, speed):
     for design in random_designs(twinned, 12, seed=8):
         machine = twinned.mechanism(design)
-        rig = Rig(machine, speed=SPEEDS[twinned.name])
+        rig = Rig(machine, speed=speed)
         assert np.isfinite(machine.inverse_kinematics(rig.path.poses)).all()
 
 
-def test_twice_the_speed_is_half_the_time_and_four_times_the_acceleration(twinned, machine):
-    one, two = (Rig(machine, speed=k * SPEEDS[twinned.name], frame_skip=1) for k in (1.0, 2.0))
+def test_twice_the_speed_is_half_the_time_and_four_times_the_acceleration(machine, speed):
+    one, two = (Rig(machine, speed=k * speed, frame_skip=1) for k in (1.0, 2.0))
     assert two.path.steps == pytest.approx(0.5 * one.path.steps, abs=1)
     ratio = np.abs(two.path.accelerations).max() / np.abs(one.path.accelerations).max()
     assert ratio == pytest.approx(4.0, rel=1e-2)
@@ -92,10 +96,10 @@ def test_it_can_be_put_on_its_path_in_motion(rig):
     np.testing.assert_allclose(rig.state.pose, rig.path.poses[0], atol=1e-12)
 
 
-def test_a_pose_out_of_reach_is_refused_and_changes_nothing(rig):
+def test_a_pose_out_of_reach_is_refused_and_changes_nothing(rig, machine, out_of_reach):
     before = rig.save()
     with pytest.raises(ValueError, match="out of the machine's reach"):
-        rig.reset(20.0 * rig.path.poses[0])
+        rig.reset(out_of_reach(machine))
     np.testing.assert_array_equal(rig.save(), before)
 
 
@@ -115,16 +119,27 @@ def test_margins_are_positive_all_over_the_workspace(twinned, rng):
             assert (module.margins(machine, pose, joints) > 0.0).all()
 
 
-def test_margins_vanish_where_the_analytic_indices_do(twinned, machine, rng):
+def margins(name, rng):
+    """Margins (n, k) of random poses of the printed design, and its local indices there."""
+    problem = pkm_gym.make_problem(name)
+    machine = problem.mechanism(problem.printed_design())
     module = Twin(machine, machine.sample_poses()[0]).module
     poses = module.draw_poses(machine, 30, rng)
-    local = machine.local_indices(poses)
-    joints = machine.inverse_kinematics(poses)
-    margins = np.array([module.margins(machine, *pair) for pair in zip(poses, joints, strict=True)])
-    names = {"diamond": "sin_alpha", "spr3": "det"}
-    np.testing.assert_allclose(margins[:, 0], local[names[twinned.name]], atol=1e-12)
-    if twinned.name == "diamond":
-        np.testing.assert_allclose(margins[:, 1:].min(axis=1), local["sin_beta"], atol=1e-12)
+    pairs = zip(poses, machine.inverse_kinematics(poses), strict=True)
+    return np.array([module.margins(machine, *pair) for pair in pairs]), machine.local_indices(
+        poses
+    )
+
+
+def test_the_diamond_s_margins_are_the_sines_of_its_angles(rng):
+    found, local = margins("diamond", rng)
+    np.testing.assert_allclose(found[:, 0], local["sin_alpha"], atol=1e-12)
+    np.testing.assert_allclose(found[:, 1:].min(axis=1), local["sin_beta"], atol=1e-12)
+
+
+def test_the_3_spr_s_first_margin_is_its_determinant(rng):
+    found, local = margins("spr3", rng)
+    np.testing.assert_allclose(found[:, 0], local["det"], atol=1e-12)
 
 
 def test_the_diamond_s_other_modes_have_a_negative_margin():

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, as_rows, dimension
+from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, Symmetry, as_rows, dimension
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
@@ -20,6 +20,8 @@ from pkm_gym.mechanisms.spr3.indices import (
     local_indices_batch,
 )
 from pkm_gym.mechanisms.spr3.kinematics import (
+    COS,
+    SIN,
     forward_kinematics_batch,
     frames_batch,
     leg_lengths_batch,
@@ -186,6 +188,23 @@ class Spr3(Mechanism):
         pose, rate = np.broadcast_arrays(np.asarray(pose, float), np.asarray(pose_rate, float))
         rates = np.ascontiguousarray(as_rows(rate, 3).reshape(-1, 3))
         return self._batch(twist_batch, pose, (3,), rates, self.b)
+
+    def symmetries(self) -> tuple[Symmetry, ...]:
+        """Return the mirror plane of leg 3, and the turn from each leg to the next."""
+        turn = np.eye(3)
+        turn[:2, :2] = [[COS[0], -SIN[0]], [SIN[0], COS[0]]]  # from leg 3 to leg 1
+        return (
+            Symmetry(
+                "mirrored in the plane of leg 3",
+                lambda pose: np.asarray(pose, dtype=float) * [1.0, -1.0, 1.0],
+                lambda joints: np.asarray(joints, dtype=float)[..., [1, 0, 2]],
+            ),
+            Symmetry(
+                "turned by a third",
+                lambda pose: np.asarray(pose, dtype=float) @ turn.T,
+                lambda joints: np.roll(np.asarray(joints, dtype=float), 1, axis=-1),
+            ),
+        )
 
     def actuator_forces(
         self, pose: FloatArray, force: FloatArray, moment: FloatArray | float = 0.0
