@@ -8,6 +8,7 @@ the tool is the lower of the two circle intersections. Q is the quarter turn [[0
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -267,7 +268,10 @@ class PlanarMachine(Mechanism):
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return singular values, condition number and transmission angles at poses (..., 2)."""
-        local = self.local_indices(pose)
+        return self.limb_maps(self.local_indices(pose))
+
+    def limb_maps(self, local: Mapping[str, FloatArray]) -> dict[str, IndexMap]:
+        """Return the maps of local indices."""
         larger, smaller = local["sigma_max"], local["sigma_min"]
         alpha, beta = (_angle(local[name]) for name in ("sin_alpha", "sin_beta"))
         return {

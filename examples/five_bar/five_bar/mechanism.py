@@ -17,9 +17,10 @@ class FiveBar(PlanarMachine):
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return conditioning, arm rate and transmission angles at poses (..., 2)."""
-        maps = PlanarMachine.index_maps(self, pose)
+        local = self.local_indices(pose)
+        maps = self.limb_maps(local)
         conditioning = 1.0 / maps["condition"].values
-        rate = 1.0 / (self.l1 * self.local_indices(pose)["sin_beta"])
+        rate = 1.0 / (self.l1 * local["sin_beta"])
         return {
             "gci": IndexMap("conditioning", "", "mean", conditioning),
             "rate": IndexMap("rate", "1/m", "max", rate),

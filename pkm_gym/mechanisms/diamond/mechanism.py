@@ -52,5 +52,6 @@ class Diamond(PlanarMachine):
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return torque, singular values, condition and transmission angles at poses (..., 2)."""
-        torque = IndexMap("tau", "N m/(m/s^2)", "max", self.local_indices(pose)["tau"])
-        return {"tau_G": torque, **PlanarMachine.index_maps(self, pose)}
+        local = self.local_indices(pose)
+        torque = IndexMap("tau", "N m/(m/s^2)", "max", local["tau"])
+        return {"tau_G": torque, **self.limb_maps(local)}
