@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
-from pkm_gym.core.rows import index, own, record, undefined, variable
+from pkm_gym.core.reach import REACH, ReachLimits
+from pkm_gym.core.rows import index, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
 
@@ -67,14 +68,6 @@ class Indices(NamedTuple):
     sin_alpha: Annotated[float, index("", "smallest sin alpha", reported=False)]
 
 
-class Limits(NamedTuple):
-    """The limits that the kernel fills itself."""
-
-    dimensions: Annotated[float, own("l1, l2 and e make a machine")]
-    reach_inner: Annotated[float, own("the limbs fold far enough for the workspace's top edge")]
-    reach_outer: Annotated[float, own("the limbs reach the workspace's bottom corners")]
-
-
 FIVE_BAR = Declaration(
     name="five_bar",
     title="planar five-bar for a rectangle under its drives",
@@ -83,11 +76,9 @@ FIVE_BAR = Declaration(
     options=FiveBarOptions,
     design=Design,
     indices=Indices,
-    limits=Limits,
+    limits=ReachLimits,
     constraints=(
-        "dimensions",
-        "reach_inner",
-        "reach_outer",
+        *REACH,
         Limit("assembly", "lower", 0.0, of="sin_alpha"),
         Limit("size", "upper", "size_max"),
         Limit("spacing", "lower", "e_min", of="e", words="half the drives' distance e"),

@@ -16,7 +16,6 @@ from five_bar.declared import (
     FiveBarOptions,
     FiveBarTask,
     Indices,
-    Limits,
 )
 from five_bar.mechanism import FiveBar
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
@@ -25,6 +24,7 @@ from pkm_gym.core.indices import angle_of_sine
 from pkm_gym.core.merit import write
 from pkm_gym.core.planar import conditioning, out_of_reach, reach_margins, smallest_sine_beta
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reach import ReachLimits
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import gauss_lobatto
 from pkm_gym.core.types import FloatArray
@@ -52,15 +52,15 @@ def mean_conditioning(
 @kernel
 def measure_one(
     design: Design, task: FiveBarTask, nodes: FloatArray, weights: FloatArray
-) -> tuple[Indices, Limits, float]:
+) -> tuple[Indices, ReachLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     e, l1, l2 = design.e, design.l1, design.l2
     impossible = dimensions_violation((e, l1, l2), SMALLEST)
     if impossible > 0.0:
-        return UNDEFINED, Limits(impossible, math.nan, math.nan), 0.0
+        return UNDEFINED, ReachLimits(impossible, math.nan, math.nan), 0.0
     place = task.top, task.width, task.height
     inner, outer = reach_margins(e, l1, l2, *place)
-    limits = Limits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
+    limits = ReachLimits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
     unreached = out_of_reach(inner, outer)
     if unreached > 0.0:
         return UNDEFINED, limits, unreached
@@ -88,7 +88,7 @@ def measure(
     own: FloatArray,
     unreached: FloatArray,
 ) -> None:
-    """Fill the rows of ``Indices`` and ``Limits`` and unreached (n,) of designs (n, 3)."""
+    """Fill the rows of ``Indices`` and ``ReachLimits`` and unreached (n,) of designs (n, 3)."""
     for i in numba.prange(designs.shape[0]):
         task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
         indices, limits, unreached[i] = measure_one(

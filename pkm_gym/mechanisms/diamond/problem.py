@@ -15,6 +15,7 @@ from pkm_gym.core.indices import angle_of_sine
 from pkm_gym.core.merit import write
 from pkm_gym.core.planar import out_of_reach, reach_margins, smallest_sine_beta
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reach import ReachLimits
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import unit_nodes
@@ -29,7 +30,6 @@ from pkm_gym.mechanisms.diamond.declared import (
     DiamondOptions,
     DiamondTask,
     Indices,
-    Limits,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
 from pkm_gym.mechanisms.diamond.indices import workspace_indices
@@ -97,7 +97,7 @@ def measure(
     unreached: FloatArray,
     scales: FloatArray,
 ) -> None:
-    """Fill the rows of ``Indices``, ``Limits``, unreached and scales of designs (n, 3)."""
+    """Fill the rows of ``Indices``, ``ReachLimits``, unreached and scales of designs (n, 3)."""
     for i in numba.prange(designs.shape[0]):
         task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(DESIGN)[i, 0]
@@ -119,16 +119,16 @@ def measure_one(
     y_nodes: FloatArray,
     cycle_samples: int,
     scratch: FloatArray,
-) -> tuple[Indices, Limits, float]:
+) -> tuple[Indices, ReachLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     lam_H = design.lam_l - 1.0 + design.gap
     impossible = dimensions_violation((design.lam_e, design.lam_l, lam_H), 1.0)
     if impossible > 0.0:
-        return UNDEFINED, Limits(impossible, math.nan, math.nan), 0.0
+        return UNDEFINED, ReachLimits(impossible, math.nan, math.nan), 0.0
     b, h = task.b, task.b * task.h_ratio
     e, l1, l2, H = dimensions_from_ratios(design.lam_e, design.lam_l, design.gap, b, task.delta)
     inner, outer = reach_margins(e, l1, l2, H, b, h)
-    limits = Limits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
+    limits = ReachLimits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
     unreached = out_of_reach(inner, outer)
     if unreached > 0.0:
         return UNDEFINED, limits, unreached
