@@ -253,7 +253,8 @@ def test_async_processes_run_the_compiled_kernels(family_id, context):
     warm = gym.make_vec(family_id, num_envs=512)
     warm.reset(seed=0)
     warm.step(warm.action_space.sample())  # enough work to start the threads before the fork
-    made = [lambda: gym.make("pkm_gym:" + family_id)] * 2
+    spec = gym.spec(family_id)  # a child may not know the id of a problem from outside
+    made = [lambda: gym.make(spec)] * 2
     apart = AsyncVectorEnv(made, context=context, autoreset_mode=AutoresetMode.SAME_STEP)
     together = SyncVectorEnv(made, autoreset_mode=AutoresetMode.SAME_STEP)
     together.action_space.seed(0)

@@ -47,7 +47,7 @@ def test_every_kind_of_design_is_drawn(problem, designs, kind):
     assert pixels.shape == (600, 1000, 3)
     assert pixels.dtype == np.uint8
     # without a machine there are just words
-    assert (pixels < 128).any(axis=2).mean() > (0.003 if kind == "no machine" else 0.005)
+    assert (pixels < 128).any(axis=2).mean() > (0.001 if kind == "no machine" else 0.005)
     assert len(figure.axes) == (0 if kind == "no machine" else 2)
 
 
@@ -139,7 +139,7 @@ def test_the_worst_pose_of_each_broken_limit_is_marked(problem, designs, which):
     broken = [
         name
         for name, value in zip(problem.constraint_names, evaluation.constraints[0], strict=True)
-        if value > 0.0 and name in grid and np.nanmax(grid[name]) > 0.0
+        if value > 0.0 and name in grid and np.nanmax(grid[name], initial=0.0) > 0.0
     ]
     if not broken:
         pytest.skip("what it breaks is no matter of a pose")
@@ -210,7 +210,8 @@ def test_every_objective_has_a_picture(problem, designs):
         figure = plots.design_figure(other, designs["feasible"])
         bold = [t.get_text() for t in figure.texts if t.get_fontweight() == "bold"]
         value = other.evaluate(designs["feasible"][None]).objectives[0, 0]
-        assert float(bold[-1]) == pytest.approx(value, rel=1e-3)
+        shown, _ = plots.shown(value, objective.unit)
+        assert float(bold[-1]) == pytest.approx(shown, rel=1e-3)
         assert plots.figure_to_array(figure).std() > 10
 
 
@@ -257,7 +258,8 @@ def test_a_pole_does_not_wash_out_the_colours(problem, designs):
         pytest.skip("every design reaches its workspace")
     machine = problem.mechanism(designs["unreachable"])
     index = next(iter(problem.drawn_maps(machine, machine.workspace_grid(161, 33)).values()))
-    if np.nanmax(index.values) <= 3.0 * np.nanmedian(index.values):
+    known = index.values[np.isfinite(index.values)]
+    if not len(known) or known.max() <= 3.0 * np.median(known):
         pytest.skip("its first index has no pole")
     values, _ = plots.shown(index.values, index.unit)
     axes = plots.design_figure(problem, designs["unreachable"]).axes[1]
