@@ -56,6 +56,12 @@ def test_list_shows_all_of_it(run):
     assert "paper" not in text
 
 
+def test_page_is_about_its_environments(run):
+    text = run("page", WHERE)
+    assert "PKM/BiglideFamily-v0" in text
+    assert "BiglideMotion" not in text
+
+
 def test_evaluate_speaks_of_the_default_design(run):
     assert run("evaluate", WHERE).startswith("biglide: the default design\n")
     assert (RUNS / "evaluate.png").stat().st_size > 1000
