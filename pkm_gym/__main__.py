@@ -54,6 +54,7 @@ VERBS = {
         f"{STUDIES}.validate:command",
         "Try torque indices on simulated machines.",
     ),
+    "page": (f"{STUDIES}.page:command", "Make a problem's page from what is declared."),
     "picture": (f"{STUDIES}.picture:command", "Photograph a design with MuJoCo."),
     "movie": (f"{STUDIES}.movie:command", "Film a design on the paper's path."),
     "export": (f"{STUDIES}.export:command", "Write a design's MuJoCo model (MJCF)."),

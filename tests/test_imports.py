@@ -116,7 +116,7 @@ def test_no_mechanism_reaches_into_another(name: str) -> None:
     "name", [n for n in MODULES if room(n) in ("pkm_gym.core", "pkm_gym.mechanisms")]
 )
 def test_nothing_that_computes_knows_its_clients(name: str) -> None:
-    own = {"mujoco"} if name.endswith(".twin") else {"matplotlib"} if is_figures(name) else set()
+    own = {"mujoco"} if name.endswith("twin") else {"matplotlib"} if is_figures(name) else set()
     assert not imported(name) & (CLIENTS - own)
 
 

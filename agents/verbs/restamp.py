@@ -55,10 +55,11 @@ def renew_pool(path: Path, problem: DesignProblem) -> bool:
     with suppress(ValueError):
         Pool.load(path, problem)
         return False
-    known = manifest(path.parent).get(path.name)
-    split = known is not None and known.sha256 == sha256(path)
+    entries = manifest(path.parent)
+    entry = entries.get(path.name)
+    split = entry is not None and entry.sha256 == sha256(path)
     renewed(path, problem, certified=split).save(path)
-    if split and known is not None:
-        entry = replace(known, sha256=sha256(path))
-        write_manifest(manifest(path.parent) | {path.name: entry}, path.parent)
+    if split and entry is not None:
+        renewed_entry = replace(entry, sha256=sha256(path))
+        write_manifest(entries | {path.name: renewed_entry}, path.parent)
     return True

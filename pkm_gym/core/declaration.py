@@ -143,7 +143,9 @@ class Declaration:
             object.__setattr__(self, "measured", True)
             object.__setattr__(self, "penalty_weight", float(weight))
             if not known:
-                note = f"merit is not calibrated: `pkm-gym calibrate {self.name}` does it"
+                own = self.package.startswith("pkm_gym.")
+                called = self.name if own else self.problem
+                note = f"merit is not calibrated: `pkm-gym calibrate {called}` does it"
                 object.__setattr__(self, "notes", (*self.notes, note))
         filled = []
         for o in self.objectives:

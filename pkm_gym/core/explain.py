@@ -19,6 +19,8 @@ def sentences(evaluation: Evaluation, i: int) -> list[str]:
     limits = [limit for limit, bad in zip(problem.declared.constraints, broken, strict=True) if bad]
     own = [limit for limit in limits if isinstance(limit, str)] or _nearest(evaluation, i)
     full = problem.complete(evaluation.designs[i : i + 1])[0]
+    if "dimensions" in own:
+        return [problem.explain_dimensions(full)]
     lines = problem.explain_own(full, task, own) if own else []
     derived = [limit for limit in limits if isinstance(limit, Limit)]
     places = _places(evaluation, i, derived)

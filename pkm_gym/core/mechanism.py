@@ -6,11 +6,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from pkm_gym.core.types import FloatArray
+
+if TYPE_CHECKING:
+    from pkm_gym.core.compile import BatchKernel
 
 
 class Link(NamedTuple):
@@ -68,6 +71,7 @@ class Mechanism(ABC):
     joint_names: ClassVar[tuple[str, ...]]
     drawn_axes: ClassVar[tuple[str, str]] = ("x", "y")  # of the drawing plane
     twin_module: ClassVar[str] = ""  # the module that builds its MuJoCo twin, none if empty
+    work: ClassVar[float] = 0.2  # microseconds that a kernel takes for a pose, about
 
     def __post_init__(self) -> None:
         """Refuse impossible dimensions.
@@ -101,6 +105,33 @@ class Mechanism(ABC):
     def units(self) -> dict[str, str]:
         """Return the unit of each dimension, by name."""
         return {item.name: item.metadata["unit"] for item in fields(self)}
+
+    def _batch(
+        self,
+        kernel: BatchKernel,
+        rows: FloatArray,
+        shape: tuple[int, ...],
+        *arguments: Any,
+        length: int | None = None,
+    ) -> FloatArray:
+        """Return what a kernel fills, called with rows, ``arguments`` and the result: (..., shape).
+
+        Args:
+            kernel: of a loop over rows (n, length).
+            rows: array (..., length).
+            shape: of the result of a row.
+            arguments: of the kernel, between rows and result.
+            length: of a row; that of a pose if not given.
+
+        Raises:
+            ValueError: for an array of another shape.
+        """
+        length = len(self.pose_names) if length is None else length
+        rows = as_rows(rows, length)
+        flat = np.ascontiguousarray(rows.reshape(-1, length))
+        found = np.empty((len(flat), *shape))
+        kernel(self.work * len(flat), flat, *arguments, found)
+        return found.reshape(rows.shape[:-1] + shape)
 
     def symmetries(self) -> tuple[Symmetry, ...]:
         """Return what maps the machine to itself; what they do one after the other follows."""
@@ -149,6 +180,18 @@ class Mechanism(ABC):
     @abstractmethod
     def sample_poses(self) -> FloatArray:
         """Return two or three telling poses (n, k), the one that stands for the machine first."""
+
+
+def as_rows(array: FloatArray, length: int) -> FloatArray:
+    """Return an array (..., length) of floats.
+
+    Raises:
+        ValueError: for one of another shape.
+    """
+    rows = np.asarray(array, dtype=float)
+    if rows.ndim == 0 or rows.shape[-1] != length:
+        raise ValueError(f"expected an array of shape (..., {length}), got {rows.shape}")
+    return rows
 
 
 def check_dimension(item: Field[Any], value: float) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from pkm_gym.core import merit
 from pkm_gym.core.declaration import Declaration, Objective
+from pkm_gym.core.dimensions import SMALLEST, dimensions_violation, no_machine
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.limit import Limit, packed
 from pkm_gym.core.mechanism import IndexMap, Mechanism
@@ -123,8 +124,15 @@ class DesignProblem(ABC):
     def explain_own(self, design: FloatArray, task: Any, broken: list[str]) -> list[str]:
         """Say in words, a line each, which of the mechanism's own limits a complete design breaks.
 
-        Where and by how much; ``broken`` names those that are.
+        Where and by how much; ``broken`` names those that are, ``dimensions`` never among them.
         """
+
+    def sizes(self, design: FloatArray) -> dict[str, float]:
+        """Return what of a complete design must lie in the range of machines, by name.
+
+        All of one unit, m or none; see ``pkm_gym.core.dimensions``.
+        """
+        return {v.name: float(x) for v, x in zip(self.all_variables, design, strict=True)}
 
     def from_dimensions(
         self, dimensions: Mapping[str, float], task: Any
@@ -218,7 +226,15 @@ class DesignProblem(ABC):
         Raises:
             ValueError: for a wrong shape, or for dimensions that make no machine.
         """
-        return self._mechanism(self._complete_one(design), self._task(task))
+        full = self._complete_one(design)
+        sizes, unit = self._sizes(full)
+        if dimensions_violation(tuple(sizes.values()), SMALLEST if unit else 1.0) > 0.0:
+            raise ValueError(no_machine(sizes, unit))
+        return self._mechanism(full, self._task(task))
+
+    def explain_dimensions(self, design: FloatArray) -> str:
+        """Say in words that a complete design makes no machine, and what is allowed."""
+        return f"dimensions: {no_machine(*self._sizes(design))}"
 
     def named(self, design: FloatArray) -> dict[str, float]:
         """Return all variables of a design (d,) by name, the fixed ones included."""
@@ -342,6 +358,10 @@ class DesignProblem(ABC):
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     # How arguments are checked --------------------------------------------------------------------
+
+    def _sizes(self, design: FloatArray) -> tuple[dict[str, float], str]:
+        sizes = self.sizes(design)
+        return sizes, self._units.get(next(iter(sizes)), "")
 
     def _chosen_objectives(self, names: str | Iterable[str] | None) -> tuple[Objective, ...]:
         known = {objective.name: objective for objective in self.all_objectives}

@@ -66,6 +66,17 @@ class Reference:
     claims: tuple[Claim, ...]
     data: Mapping[str, Any]
 
+    @property
+    def citation(self) -> str:
+        """How the paper is cited, "" without one."""
+        if not self.paper:
+            return ""
+        paper = self.paper
+        return (
+            f"{paper['authors']} ({paper['year']}). {paper['title']}. {paper['journal']} "
+            f"{paper['volume']}, {paper['pages']}."
+        )
+
     @classmethod
     def load(cls, package: str, file: str = "paper.toml") -> Self:
         """Read paper.toml of a mechanism's package, such as ``pkm_gym.mechanisms.diamond``.

@@ -34,6 +34,20 @@ def gauss_jacobi(count: int, alpha: int = 0, beta: int = 0) -> tuple[FloatArray,
     return 0.5 * (nodes + 1.0), weights / weights.sum()
 
 
+def gauss_lobatto(count: int) -> tuple[FloatArray, FloatArray]:
+    """Return nodes of [0, 1], both ends among them, and weights for means.
+
+    Exact for polynomials up to the degree 2 count - 3, so that one sample serves a mean and the
+    extremes. The weights add up to 1.
+    """
+    from scipy.special import eval_legendre, roots_jacobi
+
+    inner = roots_jacobi(count - 2, 1, 1)[0] if count > 2 else np.empty(0)
+    nodes = np.concatenate([[-1.0], inner, [1.0]])
+    weights = 1.0 / eval_legendre(count - 1, nodes) ** 2
+    return 0.5 * (nodes + 1.0), weights / weights.sum()
+
+
 def symmetric_cube(count: int) -> tuple[FloatArray, FloatArray]:
     """Return nodes (count^3, 3) and weights for means over [-1, 1]^3 of symmetric functions.
 

@@ -52,12 +52,12 @@ def command(
     """
     kind = problem_type(name)
     screen = console()
-    found = []
+    calibrations = []
     with counter(screen, "tasks") as bar:
         for objective in kind.declared.objectives:
             problem = kind(objective=objective.name)
             line = bar.add_task(objective.name, total=number)
-            found.append(
+            calibrations.append(
                 calibrate(
                     problem,
                     number,
@@ -66,7 +66,7 @@ def command(
                 )
             )
     rows = table("objective", "scale", "goes with", "within", "worst", "multiplier")
-    for item in found:
+    for item in calibrations:
         powers = " ".join(
             [f"{field}^{power:g}" for field, power in item.powers.items()]
             + [f"exp({rate:g} {field})" for field, rate in item.rates.items()]
@@ -78,15 +78,20 @@ def command(
             f"{item.multiplier:.3g}",
         )  # fmt: skip
     screen.print(rows)
-    solvable = ", ".join(f"{item.solvable} of {item.tasks}" for item in found)
-    weight = max(item.penalty_weight for item in found)
+    solvable = ", ".join(f"{item.solvable} of {item.tasks}" for item in calibrations)
+    weight = max(item.penalty_weight for item in calibrations)
     screen.print(f"solvable: {solvable} tasks; weight of the penalty: {weight:g}")
     if output is None and not kind.declared.measured:
         said = f"{name} declares these itself (weight {kind.declared.penalty_weight:g})"
         screen.print(f"{said}: nothing is written without -o", style=FAINT, soft_wrap=True)
         return
     path = output or _beside(kind)
-    keep(path, kind.declared.name, found, f"pkm-gym calibrate {name} -n {number} --seed {seed}")
+    keep(
+        path,
+        kind.declared.name,
+        calibrations,
+        f"pkm-gym calibrate {name} -n {number} --seed {seed}",
+    )
     screen.print(f"calibration: {path}", soft_wrap=True)
 
 
@@ -94,7 +99,7 @@ def _advance(bar: Progress, line: TaskID, done: int) -> None:
     bar.update(line, completed=done)
 
 
-def keep(path: Path, name: str, found: list[Calibration], command: str) -> None:
+def keep(path: Path, name: str, calibrations: list[Calibration], command: str) -> None:
     """Write what was measured of a problem into a file; other problems' parts of it stay.
 
     Raises:
@@ -111,11 +116,11 @@ def keep(path: Path, name: str, found: list[Calibration], command: str) -> None:
             "powers": dict(item.powers),
             "rates": dict(item.rates),
         }
-        for item in found
+        for item in calibrations
     }
     content[name] = {
         "command": command,
-        "penalty_weight": max(item.penalty_weight for item in found),
+        "penalty_weight": max(item.penalty_weight for item in calibrations),
         "objectives": objectives,
     }
     with whole_file(path) as part:

@@ -51,12 +51,8 @@ def _show_all(screen: Console) -> None:
 
 def _show_one(screen: Console, problem: DesignProblem) -> None:
     screen.print(Text.assemble((problem.name, HEAD), f": {problem.title}"))
-    if paper := problem.reference.paper:
-        screen.print(
-            f"{paper['authors']} ({paper['year']}). {paper['title']}. {paper['journal']} "
-            f"{paper['volume']}, {paper['pages']}.",
-            style=FAINT,
-        )
+    if problem.reference:
+        screen.print(problem.reference.citation, style=FAINT)
     screen.print(f"environments: {', '.join(environment_ids(problem.declared)) or 'none'}")
     for note in problem.notes:
         screen.print(note)

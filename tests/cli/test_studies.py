@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pkm_gym.mechanisms import make_problem
@@ -134,11 +135,15 @@ def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monk
         assert Path("runs/diamond", name).stat().st_size > 0
 
 
+def coarse(problem, _step=None):
+    return np.full(len(problem.low), 0.05)
+
+
 @pytest.mark.parametrize("name", ["spr3", "spr3_cylinder"])
 def test_study_without_a_papers_grid_or_index_says_so(run, monkeypatch, name):
     whole = compare.compare
     monkeypatch.setattr(study, "compare", lambda *a, **k: whole(*a, **k, evaluations=5, seeds=1))
-    monkeypatch.setattr(designs, "STEP", 0.05)
+    monkeypatch.setattr(designs, "steps_of", coarse)
     result = run("study", name, "--trials", 10)
     assert result.exit_code == 0, result.output
     assert "1/4 our grid" in result.output
@@ -170,7 +175,7 @@ def test_grid_refuses_a_step_that_makes_no_grid(refused, step):
 
 
 def test_search_starts_from_our_grid_and_polish_from_the_search(run, monkeypatch):
-    monkeypatch.setattr(designs, "STEP", 0.05)
+    monkeypatch.setattr(designs, "steps_of", coarse)
     result = run("search", "spr3", "--trials", 12, "--warm-start", "grid", "--sampler", "random")
     assert result.exit_code == 0, result.output
     assert "none printed" in result.output

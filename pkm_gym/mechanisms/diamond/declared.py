@@ -9,8 +9,9 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
+from pkm_gym.core.reach import REACH, ReachLimits
 from pkm_gym.core.reference import Reference
-from pkm_gym.core.rows import index, own, record, undefined, variable
+from pkm_gym.core.rows import index, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
 
@@ -102,14 +103,6 @@ class Indices(NamedTuple):
     sin_alpha: Annotated[float, index("", "smallest sin alpha", reported=False)]
 
 
-class Limits(NamedTuple):
-    """The limits that the kernel fills itself."""
-
-    dimensions: Annotated[float, own("lam_e, lam_l and lam_H make a machine")]
-    reach_inner: Annotated[float, own("the limbs fold far enough for the workspace's top edge")]
-    reach_outer: Annotated[float, own("the limbs reach the workspace's bottom corners")]
-
-
 DIAMOND = Declaration(
     name="diamond",
     title="2-DOF translational pick-and-place robot",
@@ -118,11 +111,9 @@ DIAMOND = Declaration(
     options=DiamondOptions,
     design=Design,
     indices=Indices,
-    limits=Limits,
+    limits=ReachLimits,
     constraints=(
-        "dimensions",
-        "reach_inner",
-        "reach_outer",
+        *REACH,
         Limit("assembly", "lower", 0.0, of="sin_alpha"),
         Limit("sigma_max", "upper", "sigma_high"),
         Limit("sigma_min", "lower", "sigma_low"),

@@ -8,9 +8,10 @@ import numba
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import cross2
+from pkm_gym.core.planar import limb
 from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.diamond.kinematics import limb, limb_hessian
+from pkm_gym.mechanisms.diamond.kinematics import limb_hessian
 
 GRAVITY = 9.81  # m/s^2
 

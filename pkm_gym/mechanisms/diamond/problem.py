@@ -10,10 +10,12 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
-from pkm_gym.core.dimensions import all_of, positive
+from pkm_gym.core.dimensions import all_of, dimensions_violation, positive
 from pkm_gym.core.indices import angle_of_sine
 from pkm_gym.core.merit import write
+from pkm_gym.core.planar import out_of_reach, reach_margins, smallest_sine_beta
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reach import ReachLimits
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import unit_nodes
@@ -28,22 +30,13 @@ from pkm_gym.mechanisms.diamond.declared import (
     DiamondOptions,
     DiamondTask,
     Indices,
-    Limits,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
 from pkm_gym.mechanisms.diamond.indices import workspace_indices
-from pkm_gym.mechanisms.diamond.kinematics import (
-    REACH_MARGIN,
-    arm_angle_range,
-    reach_margins,
-    smallest_sine_beta,
-)
+from pkm_gym.mechanisms.diamond.kinematics import arm_angle_range
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
-
-# A ratio outside this range makes no machine.
-SMALLEST_RATIO, LARGEST_RATIO = 1e-3, 1e3
 
 OBJECTIVE_CODES = {"tau_G": 0, "tau_peak": 1, "tau_rms": 2, "condition": 3}
 LENGTHS = ("e", "l1", "l2", "H")
@@ -56,18 +49,6 @@ def dimensions_from_ratios(
     """Return e, l1, l2, H in metres: l1 = b / (2 delta (1 + lam_e)), lam_H = lam_l - 1 + gap."""
     l1 = b / (2.0 * delta * (1.0 + lam_e))
     return lam_e * l1, l1, lam_l * l1, (lam_l - 1.0 + gap) * l1
-
-
-@kernel
-def dimensions_violation(lam_e: float, lam_l: float, gap: float) -> float:
-    """Return > 0 where the ratios make no machine: from 1e-3, beyond any tolerance, to 1."""
-    lam_H = lam_l - 1.0 + gap
-    smallest = min(lam_e, lam_l, lam_H)
-    largest = max(lam_e, lam_l, lam_H)
-    if not (math.isfinite(lam_e) and math.isfinite(lam_l) and math.isfinite(gap)):
-        return 1.0
-    excess = max(SMALLEST_RATIO - smallest, largest / LARGEST_RATIO - 1.0)
-    return excess if excess <= 0.0 else min(1.0, excess + SMALLEST_RATIO)
 
 
 @kernel
@@ -116,7 +97,7 @@ def measure(
     unreached: FloatArray,
     scales: FloatArray,
 ) -> None:
-    """Fill the rows of ``Indices``, ``Limits``, unreached and scales of designs (n, 3)."""
+    """Fill the rows of ``Indices``, ``ReachLimits``, unreached and scales of designs (n, 3)."""
     for i in numba.prange(designs.shape[0]):
         task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(DESIGN)[i, 0]
@@ -138,18 +119,19 @@ def measure_one(
     y_nodes: FloatArray,
     cycle_samples: int,
     scratch: FloatArray,
-) -> tuple[Indices, Limits, float]:
+) -> tuple[Indices, ReachLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
-    impossible = dimensions_violation(design.lam_e, design.lam_l, design.gap)
+    lam_H = design.lam_l - 1.0 + design.gap
+    impossible = dimensions_violation((design.lam_e, design.lam_l, lam_H), 1.0)
     if impossible > 0.0:
-        return UNDEFINED, Limits(impossible, math.nan, math.nan), 0.0
+        return UNDEFINED, ReachLimits(impossible, math.nan, math.nan), 0.0
     b, h = task.b, task.b * task.h_ratio
     e, l1, l2, H = dimensions_from_ratios(design.lam_e, design.lam_l, design.gap, b, task.delta)
     inner, outer = reach_margins(e, l1, l2, H, b, h)
-    limits = Limits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
-    short = -min(inner, outer)
-    if short > -REACH_MARGIN:
-        return UNDEFINED, limits, max(0.0, short) + REACH_MARGIN
+    limits = ReachLimits(dimensions=impossible, reach_inner=-inner, reach_outer=-outer)
+    unreached = out_of_reach(inner, outer)
+    if unreached > 0.0:
+        return UNDEFINED, limits, unreached
 
     I_A, m, mr_A = lumped_inertia(l1, l2, task.payload, inertia)
     eta = m * l1 * l1 / I_A
@@ -212,11 +194,6 @@ class DiamondProblem(DesignProblem):
 
     def _mechanism(self, design: FloatArray, task: DiamondTask) -> Diamond:
         lam_e, lam_l, gap = map(float, design)
-        if dimensions_violation(lam_e, lam_l, gap) > 0.0:
-            raise ValueError(
-                f"lam_e = {lam_e:g}, lam_l = {lam_l:g}, lam_H = {lam_l - 1.0 + gap:g} make no "
-                f"machine: each must lie between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
-            )
         e, l1, l2, H = dimensions_from_ratios(lam_e, lam_l, gap, task.b, task.delta)
         I_A, m, mr_A = lumped_inertia(l1, l2, task.payload, self._inertia)
         return Diamond(
@@ -239,21 +216,13 @@ class DiamondProblem(DesignProblem):
         return values, {}
 
     def explain_own(self, design: FloatArray, task: DiamondTask, broken: list[str]) -> list[str]:
-        """Say in words what keeps the ratios from a machine, or the limbs from the workspace."""
-        if "dimensions" in broken:
-            ratios = ", ".join(f"{x:g}" for x in design)
-            allowed = f"between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
-            return [
-                f"dimensions: {ratios} make no machine; lam_e, lam_l and lam_H must lie {allowed}"
-            ]
+        """Say in words what keeps the limbs from the workspace."""
+        return self._mechanism(design, task).explain_reach(broken)
+
+    def sizes(self, design: FloatArray) -> dict[str, float]:
+        """Return lam_e, lam_l and lam_H of a complete design."""
         lam_e, lam_l, gap = map(float, design)
-        e, l1, l2, H = dimensions_from_ratios(lam_e, lam_l, gap, task.b, task.delta)
-        inner, outer = reach_margins(e, l1, l2, H, task.b, task.h_ratio * task.b)
-        words = {
-            "reach_inner": f"the top edge comes {-1e3 * inner * l1:.1f} mm too near to a drive",
-            "reach_outer": f"the far bottom corner lies {-1e3 * outer * l1:.1f} mm beyond the limb",
-        }
-        return [f"{name}: {words[name]}" for name in broken]
+        return {"lam_e": lam_e, "lam_l": lam_l, "lam_H": lam_l - 1.0 + gap}
 
     def _grid(self) -> FloatArray:
         """Return lam_e as the paper scans it, lam_l and lam_H in steps of 0.02 over the box."""

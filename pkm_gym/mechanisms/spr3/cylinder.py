@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
+from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
@@ -31,23 +32,11 @@ from pkm_gym.mechanisms.spr3.declared import (
 from pkm_gym.mechanisms.spr3.indices import homogeneous
 from pkm_gym.mechanisms.spr3.words import assembly_over_cylinder
 
-# A length outside this range makes no machine, m.
-SMALLEST_LENGTH, LARGEST_LENGTH = 1e-3, 1e3
-
 # The least that a cylinder counts as out of reach.
 REACH_MARGIN = 1e-9
 
 # Legs as they are drawn where next to nothing of the cylinder is reached.
 SMALLEST_STROKE = 1e-6
-
-
-@kernel
-def dimensions_violation(a: float, b: float, z_c: float) -> float:
-    """Return > 0 where the lengths make no machine, from 0 to 1."""
-    if not (math.isfinite(a) and math.isfinite(b) and math.isfinite(z_c)):
-        return 1.0
-    smallest, largest = min(a, b, z_c), max(a, b, z_c)
-    return min(1.0, max(1.0 - smallest / SMALLEST_LENGTH, largest / LARGEST_LENGTH - 1.0))
 
 
 @batch_kernel
@@ -84,7 +73,7 @@ def measure_one(
 ) -> tuple[CylinderIndices, CylinderLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     a, b, z_c, radius, height = design.a, design.b, design.z_c, task.radius, task.height
-    impossible = dimensions_violation(a, b, z_c)
+    impossible = dimensions_violation((a, b, z_c), SMALLEST)
     if impossible > 0.0:
         return CYLINDER_UNDEFINED, CylinderLimits(impossible, math.nan), 0.0
 
@@ -145,8 +134,6 @@ class Spr3CylinderProblem(DesignProblem):
 
     def _mechanism(self, design: FloatArray, task: CylinderTask) -> CylinderSpr3:
         a, b, z_c = map(float, design)
-        if dimensions_violation(a, b, z_c) > 0.0:
-            raise ValueError(_no_machine(a, b, z_c))
         extremes = np.empty(7)
         cylinder_extremes(a, b, z_c, task.radius, task.height, extremes)
         q_min, q_max = map(float, extremes[3:5])  # of what is reached: more than one length
@@ -161,14 +148,6 @@ class Spr3CylinderProblem(DesignProblem):
         )
 
     def explain_own(self, design: FloatArray, task: CylinderTask, broken: list[str]) -> list[str]:
-        """Say in words what keeps the lengths from a machine, or the platform from the cylinder."""
-        if "dimensions" in broken:
-            return [f"dimensions: {_no_machine(*map(float, design))}"]
+        """Say in words what keeps the platform from the cylinder."""
+        del broken
         return [f"assembly: {assembly_over_cylinder(self._mechanism(design, task))}"]
-
-
-def _no_machine(a: float, b: float, z_c: float) -> str:
-    return (
-        f"a = {a:g}, b = {b:g}, z_c = {z_c:g} m make no machine: each must lie between "
-        f"{SMALLEST_LENGTH:g} and {LARGEST_LENGTH:g} m"
-    )

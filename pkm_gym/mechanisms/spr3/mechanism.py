@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from pkm_gym.core.compile import BatchKernel
-from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, Symmetry, dimension
+from pkm_gym.core.mechanism import IndexMap, Link, Mechanism, Symmetry, as_rows, dimension
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
@@ -137,14 +135,14 @@ class Spr3(Mechanism):
 
     def angles(self, pose: FloatArray) -> FloatArray:
         """Return the paper's psi, theta (rad) and z0 (m), (..., 3); psi is 0 where theta is."""
-        hx, hy, _ = np.moveaxis(_rows(pose), -1, 0)
+        hx, hy, _ = np.moveaxis(as_rows(pose, 3), -1, 0)
         tilt = np.hypot(hx, hy)
         psi = np.where(tilt > 0.0, np.arctan2(hy, hx) + 0.5 * np.pi, 0.0)
         return np.stack([psi, 2.0 * np.arctan(tilt), self.position(pose)[..., 2]], axis=-1)
 
     def pose_from_angles(self, angles: FloatArray) -> FloatArray:
         """Return the pose (..., 3) of the paper's psi, theta (rad), z0 (m), (..., 3)."""
-        psi, theta, z = np.moveaxis(_rows(angles), -1, 0)
+        psi, theta, z = np.moveaxis(as_rows(angles, 3), -1, 0)
         h = np.tan(0.5 * theta) * np.exp(1j * (psi - 0.5 * np.pi))
         m = 1.0 + np.abs(h) ** 2
         s = (z * m + 2.0 * self.b * (h**3).real / m) / (2.0 - m)
@@ -188,7 +186,7 @@ class Spr3(Mechanism):
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the velocity of O_A (..., 3), m/s, of a pose that changes at ``pose_rate``."""
         pose, rate = np.broadcast_arrays(np.asarray(pose, float), np.asarray(pose_rate, float))
-        rates = np.ascontiguousarray(_rows(rate).reshape(-1, 3))
+        rates = np.ascontiguousarray(as_rows(rate, 3).reshape(-1, 3))
         return self._batch(twist_batch, pose, (3,), rates, self.b)
 
     def symmetries(self) -> tuple[Symmetry, ...]:
@@ -322,26 +320,6 @@ class Spr3(Mechanism):
         inside = ((lengths >= low) & (lengths <= high)).all(axis=-1) & self._at_home_side(pose)
         more = (1,) * (values.ndim - inside.ndim)
         return np.where(inside.reshape(inside.shape + more), values, np.nan)
-
-    def _batch(
-        self,
-        kernel: BatchKernel | Callable[..., None],
-        rows: FloatArray,
-        shape: tuple[int, ...],
-        *more: Any,
-    ) -> FloatArray:
-        rows = _rows(rows)
-        flat = np.ascontiguousarray(rows.reshape(-1, 3))
-        out = np.empty((len(flat), *shape))
-        kernel(0.2 * len(flat), flat, *more, out)
-        return out.reshape(rows.shape[:-1] + shape)
-
-
-def _rows(array: FloatArray) -> FloatArray:
-    rows = np.asarray(array, dtype=float)
-    if rows.ndim == 0 or rows.shape[-1] != 3:
-        raise ValueError(f"expected an array of shape (..., 3), got {rows.shape}")
-    return rows
 
 
 def _spread(vector: FloatArray | float) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Any
 import numba
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
-from pkm_gym.core.dimensions import all_of, positive
+from pkm_gym.core.dimensions import all_of, dimensions_violation, positive
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
@@ -37,23 +37,10 @@ from pkm_gym.mechanisms.spr3.indices import (
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
 from pkm_gym.mechanisms.spr3.words import assembly_of_box
 
-# A ratio outside this range makes no machine.
-SMALLEST_RATIO, LARGEST_RATIO = 1e-3, 1e3
-
 # Legs nearer than this to lying flat at their shortest count as out of reach, in units of D.
 REACH_MARGIN = 1e-9
 
 LENGTHS = ("a", "b", "q_min", "q_max")
-
-
-@kernel
-def dimensions_violation(r1: float, r3: float) -> float:
-    """Return > 0 where the ratios make no machine, from 0 to 1."""
-    r2 = 3.0 - r1 - r3
-    if not (math.isfinite(r1) and math.isfinite(r3)):
-        return 1.0
-    smallest, largest = min(r1, r2, r3), max(r1, r2, r3)
-    return min(1.0, max(SMALLEST_RATIO - smallest, largest / LARGEST_RATIO - 1.0))
 
 
 @batch_kernel
@@ -82,10 +69,10 @@ def measure_one(
 ) -> tuple[Indices, Limits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     r1, r3, lam, D = design.r1, design.r3, task.lam, task.D
-    impossible = dimensions_violation(r1, r3)
+    r2 = 3.0 - r1 - r3
+    impossible = dimensions_violation((r1, r2, r3), 1.0)
     if impossible > 0.0:
         return UNDEFINED, Limits(impossible, math.nan), 0.0
-    r2 = 3.0 - r1 - r3
     length, spin = homogeneous(jacobian, r1, r2, 1.0)
     flat = abs(r2 - r1) - r3 * (1.0 - lam)
 
@@ -143,13 +130,11 @@ class Spr3Problem(DesignProblem):
         return machine.index_maps(pose, self.options.jacobian)
 
     def _mechanism(self, design: FloatArray, task: Spr3Task) -> Spr3:
-        r1, r3 = map(float, design)
-        if dimensions_violation(r1, r3) > 0.0:
-            raise ValueError(_no_machine(r1, r3))
+        r1, r2, r3 = self.sizes(design).values()
         q_c = r3 * task.D
         return Spr3(
             a=r1 * task.D,
-            b=(3.0 - r1 - r3) * task.D,
+            b=r2 * task.D,
             q_min=q_c * (1.0 - task.lam),
             q_max=q_c * (1.0 + task.lam),
         )
@@ -176,14 +161,11 @@ class Spr3Problem(DesignProblem):
         return values, {}
 
     def explain_own(self, design: FloatArray, task: Spr3Task, broken: list[str]) -> list[str]:
-        """Say in words what keeps the ratios from a machine, or the legs from assembly."""
-        if "dimensions" in broken:
-            return [f"dimensions: {_no_machine(*map(float, design))}"]
+        """Say in words what keeps the legs from assembly."""
+        del broken
         return [f"assembly: {assembly_of_box(self._mechanism(design, task))}"]
 
-
-def _no_machine(r1: float, r3: float) -> str:
-    return (
-        f"r1 = {r1:g}, r2 = {3.0 - r1 - r3:g}, r3 = {r3:g} make no machine: each must lie between "
-        f"{SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
-    )
+    def sizes(self, design: FloatArray) -> dict[str, float]:
+        """Return all three ratios of a complete design."""
+        r1, r3 = map(float, design)
+        return {"r1": r1, "r2": 3.0 - r1 - r3, "r3": r3}

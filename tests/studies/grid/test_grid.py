@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from optuna_dashboard import get_note
 
 import pkm_gym
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
-from pkm_gym.studies.grid.designs import grid_designs, grid_name
+from pkm_gym.studies.grid.designs import grid_designs, grid_name, steps_in_words
 from pkm_gym.studies.grid.grid import LOGGED, evaluate_grid, grid
 from pkm_gym.studies.storage.storages import default_storage, open_storage
 from pkm_gym.studies.storage.studies import finished, load_study
@@ -169,3 +170,15 @@ def test_an_atlas_that_cannot_be_written_leaves_the_old_one(diamond, monkeypatch
         save_atlas(dataset, path)
     assert path.read_bytes() == b"old"
     assert [p.name for p in tmp_path.iterdir() if "old" in p.name] == ["old.nc"]
+
+
+def test_each_variable_has_its_own_step_unless_one_is_given():
+    problem = pkm_gym.make_problem("spr3", bounds={"r1": (0.2, 0.4), "r3": (1.2, 1.4)})
+    steps = {"r1": 0.1, "r3": 0.05}
+    problem.variables = tuple(replace(v, step=steps[v.name]) for v in problem.variables)
+    r1, r3 = (np.unique(column) for column in grid_designs(problem).T)
+    np.testing.assert_allclose(r1, [0.2, 0.3, 0.4])
+    np.testing.assert_allclose(r3, [1.2, 1.25, 1.3, 1.35, 1.4])
+    assert steps_in_words(problem) == "r1 0.1, r3 0.05"
+    assert len(grid_designs(problem, 0.2)) == 4
+    assert steps_in_words(problem, 0.2) == "0.2"
