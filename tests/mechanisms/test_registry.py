@@ -73,7 +73,7 @@ def test_each_problem_is_found_by_its_name_and_by_its_address() -> None:
         assert found.name == name
         assert problem_type(addresses()[name]) is found
         assert declaration(name) is found.declared
-        assert called(found()) == name
+        assert problem_type(called(found())) is found
         ids = environment_ids(found.declared)
         assert f"PKM/{found.declared.environment}-v0" in ids
         assert f"PKM/{found.declared.environment}Family-v0" in ids
