@@ -58,12 +58,12 @@ def page(name: str) -> str:
     """Return what is declared of a problem, by name or "module:Class", as Markdown."""
     kind = problem_type(name)
     problem = kind(**kind.declared.reporting)
-    return "\n".join(_lines(problem, name)).rstrip() + "\n"
+    return "\n".join(_lines(problem)).rstrip() + "\n"
 
 
-def _lines(problem: DesignProblem, name: str) -> Iterator[str]:
+def _lines(problem: DesignProblem) -> Iterator[str]:
     said = problem.declared
-    yield f"## `{name}` as it is declared\n"
+    yield f"## `{problem.name}` as it is declared\n"
     yield f"{problem.title[:1].upper()}{problem.title[1:]}.\n"
     if problem.reference:
         yield f"> {problem.reference.citation}\n"

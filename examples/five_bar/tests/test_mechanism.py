@@ -30,7 +30,7 @@ def test_closed_form_is_what_fsolve_finds():
             return np.linalg.norm(pose - elbows(joints), axis=-1) - MACHINE.l2
 
         joints = MACHINE.inverse_kinematics(pose)
-        found = fsolve(lengths, joints + 0.05, xtol=1e-13)
+        found = fsolve(lengths, joints + 0.05, xtol=1e-11)
         np.testing.assert_allclose(joints, found, rtol=0.0, atol=1e-10)
     assert (elbows(MACHINE.inverse_kinematics(POSES))[:, 0, 0] > POSES[:, 0]).all()
 
