@@ -43,6 +43,7 @@ def calibration(package: str, problem: str) -> Mapping[str, Any]:
     for numbers in (found, *found.get("objectives", {}).values()):
         for name in ("penalty_weight", "worst", "scale"):
             value = numbers.get(name, 1.0)
-            if not (isinstance(value, int | float) and isfinite(value)):
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not (number and isfinite(value)):
                 raise ValueError(f"{source} has {name} = {value!r}, no finite number: {again}")
     return found

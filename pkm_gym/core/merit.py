@@ -26,6 +26,9 @@ TOLERANCE = 1e-6
 CAP = 6.0
 WORST = 7.0
 
+# Beyond it a violation is not counted, so that a constraint is always finite.
+LARGEST = 1e30
+
 # How far out of reach a design counts that makes no machine: its log merit is the worst.
 NO_MACHINE = 1e30
 
@@ -107,8 +110,7 @@ def judge(
             else:
                 value = violation_of(limit, designs[i, column], task)
             known = not (math.isnan(value) or (impossible and j > 0))
-            if not known:
-                value = missing
+            value = min(LARGEST, max(-LARGEST, value)) if known else missing
             defined[i, j] = known
             constraints[i, j] = value - TOLERANCE
             penalty += max(0.0, constraints[i, j])

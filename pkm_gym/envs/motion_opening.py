@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -15,6 +16,7 @@ from pkm_gym.envs.opening import OPTIONS, given_designs, given_tasks
 from pkm_gym.twin.rig import Rig
 
 RESERVE = 3.0  # the motors' limit over what the printed design needs on the path
+HALVINGS = 20  # of an offset that leads out of reach, before there is none
 
 
 class MotionOpening:
@@ -92,10 +94,20 @@ class MotionOpening:
         if rules.start_offset > 0.0:
             ends = np.stack([pose, mechanism.sample_poses()[0]])
             joints, home = mechanism.inverse_kinematics(ends)
-            joints = joints + rules.start_offset * np.array(shares) * (home - joints)
-            pose = mechanism.forward_kinematics(joints, pose)
+            pose = _beside(mechanism, pose, rules.start_offset * np.array(shares) * (home - joints))
         rig.reset(pose, rig.path.velocities[2 * step])
         return step
+
+
+def _beside(mechanism: Mechanism, pose: FloatArray, offset: FloatArray) -> FloatArray:
+    """Return the pose with the joints off by an offset, halved until the machine reaches it."""
+    joints = mechanism.inverse_kinematics(pose)
+    for _ in range(HALVINGS):
+        found = mechanism.forward_kinematics(joints + offset, pose)
+        if np.isfinite(mechanism.inverse_kinematics(found)).all():
+            return found
+        offset = 0.5 * offset
+    return pose
 
 
 def _design(problem: DesignProblem, given: Any) -> FloatArray:

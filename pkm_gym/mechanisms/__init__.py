@@ -118,7 +118,8 @@ def register(problem: type[DesignProblem]) -> None:
     if not (isinstance(problem, type) and issubclass(problem, DesignProblem)):
         raise TypeError(f"register takes a class of DesignProblem, not {problem!r}")
     where = address(problem)
-    if _imported(where) is not problem:
+    module, _, name = where.partition(":")
+    if getattr(sys.modules.get(module), name, None) is not problem:
         raise TypeError(f"{where} is not {problem!r}: define it at the top of a module")
     _check_alone(problem)
     _registered[problem.name] = where

@@ -26,7 +26,7 @@ __all__ = [
 
 SOLVER = Solver(timestep=2e-4, solref=(4e-4, 1.0))
 ARM, ROD, TOOL = 1.2, 0.5, 0.4  # kg/m, kg/m, kg
-CYCLE = 0.6  # s, from one end of the workspace's bottom edge to the other
+CYCLE = 1.2  # s, from one end of the workspace's bottom edge to the other
 
 
 def build(machine: FiveBar, pose: FloatArray) -> mujoco.MjSpec:

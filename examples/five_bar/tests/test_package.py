@@ -9,6 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from pkm_gym.envs import baselines
+from pkm_gym.envs.motion import MotionEnv
+
+FIVE_BAR = "five_bar.problem:FiveBarProblem"
+
 EXAMPLE = Path(__file__).parents[1]
 
 USE = """
@@ -57,3 +62,23 @@ def test_its_name_is_taken_by_the_command_line(installed):
                "l2=430mm", "e=30mm")  # fmt: skip
     assert "gci" in told
     assert (installed / "five_bar" / "calibration.toml").is_file()
+
+
+def test_a_run_begins_where_the_machine_stands() -> None:
+    env = MotionEnv(FIVE_BAR, start="anywhere", start_offset=0.1)
+    barely_reaching = [0.4094, 0.1595, 0.1177]
+    for seed in range(10):  # the joints of seed 4 would lead out of reach
+        env.reset(seed=seed, options={"design": barely_reaching})
+        assert env.rig.assembled
+
+
+def test_a_design_whose_twin_stands_in_another_mode_is_not_driven() -> None:
+    env = MotionEnv(FIVE_BAR)
+    with pytest.raises(ValueError, match=r"can't be driven: its twin can't stand in its assembly"):
+        env.reset(options={"design": [0.4939, 0.2438, 0.1648]})
+
+
+def test_servos_keep_to_the_path() -> None:
+    drive = baselines.run(MotionEnv(FIVE_BAR), baselines.servo, seed=0)
+    assert drive.reason == "finished"
+    assert drive.errors.max() < 1e-3
