@@ -22,21 +22,21 @@ def test_what_it_writes_is_tidy(python):
 
 
 def test_it_says_how_to_go_on(run, tmp_path):
-    lines = run("new", "five_bar", "-o", tmp_path / "mine").splitlines()
+    lines = run("new", "two_rails", "-o", tmp_path / "mine").splitlines()
     assert lines[-3:] == [
         f"cd {tmp_path / 'mine'}",
         "python -m pytest",
-        "pkm-gym evaluate five_bar.problem:FiveBarProblem",
+        "pkm-gym evaluate two_rails.problem:TwoRailsProblem",
     ]
-    assert (tmp_path / "mine" / "five_bar" / "problem.py").is_file()
+    assert (tmp_path / "mine" / "two_rails" / "problem.py").is_file()
 
 
 def test_every_name_is_written_in_full():
-    for place, text in written("five_bar"):
+    for place, text in written("two_rails"):
         assert "$" not in text.replace("\n$", ""), place
         assert NAME not in text.lower(), place
-    names = {str(place) for place, _ in written("five_bar")}
-    assert {"pyproject.toml", "README.md", "five_bar/declared.py"} <= names
+    names = {str(place) for place, _ in written("two_rails")}
+    assert {"pyproject.toml", "README.md", "two_rails/declared.py"} <= names
 
 
 def test_nothing_is_overwritten(refused, folder):
