@@ -51,16 +51,28 @@ def write(row: FloatArray, values: tuple[float, ...]) -> None:
 
 
 @formula
-def violation_of(limit: Any, value: float, task: FloatArray) -> float:
+def violation_of(limit: Any, value: float, tasks: FloatArray, row: int) -> float:
     """Return by how much a value breaks a ``Limit``'s record on a packed task, > 0 where broken."""
     bound = limit.bound
     if limit.field >= 0.0:
-        bound = task[int(limit.field)]
+        bound = tasks[row, int(limit.field)]
     if limit.factor >= 0.0:
-        bound = bound * task[int(limit.factor)] ** limit.power
+        bound = bound * tasks[row, int(limit.factor)] ** limit.power
     if limit.relative > 0.0:
         return limit.sign * (value / bound - 1.0)
     return limit.sign * (value - bound)
+
+
+@formula
+def task_factor(tasks: FloatArray, row: int, powers: FloatArray, rates: FloatArray) -> float:
+    """Return what a packed task multiplies the scale with; see ``judge``."""
+    factor = 1.0
+    for k in range(powers.shape[0]):
+        if powers[k] != 0.0:
+            factor *= tasks[row, k] ** powers[k]
+        if rates[k] != 0.0:
+            factor *= math.exp(rates[k] * tasks[row, k])
+    return factor
 
 
 @batch_kernel
@@ -92,8 +104,9 @@ def judge(
     of the own limits, the dimensions, is broken, nothing else is defined; what is NaN counts as
     1 + ``unreached``.
     """
+    limit_rows = limits.view(LIMIT)
     for i in numba.prange(constraints.shape[0]):
-        task = tasks[own_row(i, tasks.shape[0])]
+        row = own_row(i, tasks.shape[0])
         impossible = own[i, 0] > 0.0
         missing = 1.0 + (own[i, 0] if impossible else unreached[i])
         if impossible:
@@ -101,27 +114,25 @@ def judge(
         penalty = 0.0
         inside = True
         for j in range(constraints.shape[1]):
-            limit = limits.view(LIMIT)[j, 0]
+            limit = limit_rows[j, 0]
             column = int(limit.column)
             if limit.source == OWN:
                 value = own[i, column]
             elif limit.source == INDEX:
-                value = violation_of(limit, table[i, column], task)
+                value = violation_of(limit, table[i, column], tasks, row)
             else:
-                value = violation_of(limit, designs[i, column], task)
+                value = violation_of(limit, designs[i, column], tasks, row)
             known = not (math.isnan(value) or (impossible and j > 0))
-            value = min(LARGEST, max(-LARGEST, value)) if known else missing
+            if not known:
+                value = missing
+            elif abs(value) > LARGEST:
+                value = math.copysign(LARGEST, value)
             defined[i, j] = known
             constraints[i, j] = value - TOLERANCE
             penalty += max(0.0, constraints[i, j])
             inside = inside and constraints[i, j] <= 0.0
         value = offset + table[i, objective]
-        scale = scales[i]
-        for k in range(powers.shape[0]):
-            if powers[k] != 0.0:
-                scale *= task[k] ** powers[k]
-            if rates[k] != 0.0:
-                scale *= math.exp(rates[k] * task[k])
+        scale = scales[i] * task_factor(tasks, row, powers, rates)
         ratio = value / scale if sign > 0.0 else scale / value
         log_merits[i] = log_merit(ratio, weight * penalty, unreached[i])
         feasible[i] = inside

@@ -196,7 +196,7 @@ class DesignProblem(ABC):
         log_merit, feasible = np.empty(n), np.empty(n, dtype=np.bool_)
         first = self.objectives[0]
         merit.judge(
-            0.03 * n, full, tasks, *rows, self._powers, self._rates, self._limits,
+            0.06 * n, full, tasks, *rows, self._powers, self._rates, self._limits,
             self.objective_columns[0], first.sign, first.offset, self.declared.penalty_weight,
             constraints, defined, log_merit, feasible,
         )  # fmt: skip

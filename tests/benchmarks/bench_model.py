@@ -178,16 +178,17 @@ def test_one_design_three_indices(benchmark: Any, problem: DesignProblem) -> Non
 
 
 def test_one_design_all_indices(benchmark: Any, problem: Any) -> None:
-    table, violations = np.empty((1, 8)), np.empty((1, len(problem.constraint_names)))
+    said, design = problem.declared, problem.printed_design()[None]
+    table, own = np.empty((1, len(said.index_table))), np.empty((1, len(said.own_limits)))
     arguments = (
-        problem.printed_design()[None], problem.pack(None)[None], problem._inertia, *problem._nodes,
-        0, 0, table, violations, np.empty(1), np.empty(1),
+        design, problem.pack(None)[None], problem._inertia, *problem._nodes, 0, 0, 1.0, table, own,
+        np.empty(1), np.empty(1),
     )  # fmt: skip
     row = "one design: all indices, serial kernel"
     latency(benchmark, row, "<= 15 µs", diamond.measure.serial, *arguments)
-    np.testing.assert_array_equal(
-        table[0], list(problem.evaluate(problem.printed_design()[None])._table[0])
-    )
+    evaluation = problem.evaluate(design)
+    for column, index in enumerate(said.index_table):
+        np.testing.assert_array_equal(table[:, column], evaluation.quantity(index.name))
 
 
 def test_one_design_evaluate(benchmark: Any, problem: DesignProblem) -> None:

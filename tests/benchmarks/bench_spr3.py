@@ -133,10 +133,11 @@ def latency(benchmark: Any, row: str, function: Callable[..., Any], *arguments: 
 
 
 def test_one_design(benchmark: Any, problem: Any) -> None:
-    table, violations = np.empty((1, 6)), np.empty((1, len(problem.constraint_names)))
+    said = problem.declared
+    table, own = np.empty((1, len(said.index_table))), np.empty((1, len(said.own_limits)))
     arguments = (
-        problem.printed_design()[None], problem.pack(None)[None], 0, *problem._nodes, table,
-        violations, np.empty(1),
+        problem.printed_design()[None], problem.pack(None)[None], 0, *problem._nodes, table, own,
+        np.empty(1),
     )  # fmt: skip
     latency(benchmark, "spr3: one design, serial kernel", spr3.measure.serial, *arguments)
 

@@ -41,7 +41,7 @@ TASKS = st.builds(
 
 @kernel
 def compiled(limits: np.ndarray, value: float, task: np.ndarray) -> float:
-    return violation_of(limits.view(LIMIT)[0, 0], value, task)
+    return violation_of(limits.view(LIMIT)[0, 0], value, task, 0)
 
 
 def rows(limit: Limit) -> np.ndarray:
@@ -57,7 +57,9 @@ def test_the_compiled_violation_is_that_of_python(
     expected = limit.violation(np.array([value]), task, unit)[0]
     bound = limit.bound_of(task)
     room = 1e-14 * (abs(value) + bound) / (bound if limit.relative(unit) else 1.0)
-    assert compiled(rows(limit), value, task.pack()) == pytest.approx(expected, rel=0, abs=room)
+    assert compiled(rows(limit), value, task.pack()[None]) == pytest.approx(
+        expected, rel=0, abs=room
+    )
 
 
 @given(limit=LIMITS, task=TASKS, share=st.floats(0.01, 2.0))

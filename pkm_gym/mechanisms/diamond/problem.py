@@ -9,7 +9,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from pkm_gym.core.compile import batch_kernel, kernel, own_row
+from pkm_gym.core.compile import batch_kernel, formula, kernel, own_row
 from pkm_gym.core.dimensions import all_of, dimensions_violation, positive
 from pkm_gym.core.indices import angle_of_sine
 from pkm_gym.core.merit import write
@@ -110,7 +110,7 @@ def measure(
         write(own[i], limits)
 
 
-@kernel
+@formula
 def measure_one(
     design: Design,
     task: DiamondTask,
