@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import pkm_gym
 from pkm_gym.benchmark import EvaluationLog, load_split, regrets
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.studies.dashboard.server import serving, storages
+from pkm_gym.studies.search.calibrating import calibrate
 
 WHERE = "biglide.problem:BiglideProblem"
 RUNS = Path("runs") / "biglide"
@@ -216,3 +219,24 @@ def test_a_best_known_optimum_that_is_beaten_is_recorded_and_a_certified_one_sto
     known = replace(worse, certified=np.zeros(len(worse), dtype=bool))
     assert (regrets(better, problem, known) < 0.0).all()
     assert len(standings([log])[0].beaten) == 0
+
+
+def test_calibrate_measures_what_the_closed_form_says(run):
+    """The rail is b + 2 k gap(h, k) at the optimum; only the condition number's limit holds it."""
+    problem = pkm_gym.make_problem(WHERE)
+    grid = np.meshgrid(*(np.linspace(v.low, v.high, 21) for v in problem.task_variables))
+    b, h, k = (axis.ravel() for axis in grid)
+
+    def rail(k):
+        c = 1.0 + k**-2
+        return b + 2.0 * k * h * (c + np.sqrt(c * (c + k**2 - k**-2))) / (k**2 - k**-2)
+
+    steepest = (np.log(rail(k - 1e-6)) - np.log(rail(k + 1e-6))).max() / 2e-6
+    measured = calibrate(problem, 24)
+    assert 0.3 * steepest < measured.multiplier < 1.01 * steepest
+    assert measured.within == 1.0
+    text = run("calibrate", WHERE, "-n", "8", "-o", "mine.toml")
+    assert text.rstrip().endswith("calibration: mine.toml")
+    kept = tomllib.loads(Path("mine.toml").read_text())["biglide"]
+    assert set(kept["objectives"]) == {"rail"}
+    assert kept["penalty_weight"] >= 1.0
