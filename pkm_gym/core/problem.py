@@ -7,8 +7,7 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
-from math import isfinite
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -22,13 +21,12 @@ from pkm_gym.core.names import check_known
 from pkm_gym.core.options import Options
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Dimension, Index, Measured
+from pkm_gym.core.space import Space
 from pkm_gym.core.task import Task, TaskVariable, Variable
 from pkm_gym.core.trial import TrialObjective
 from pkm_gym.core.types import FloatArray
 
 TaskLike = Task | Mapping[str, float] | None
-
-ALL = "all"  # as ``free``: every variable
 
 
 class DesignProblem(ABC):
@@ -80,9 +78,8 @@ class DesignProblem(ABC):
         self.task = self.task_type.of(task)
         self.objectives = self._chosen_objectives(objective)
         self.options = self._chosen_options(options)
-        self.following: dict[str, str] = {}
-        self.fixed = self._fixed_values(free, fixed)
-        self.variables = self._free_variables(bounds or {})
+        self.space = Space.chosen(self.all_variables, self.reference.design, free, fixed, bounds)
+        self.variables = self.space.searched
         self.index_table = tuple(item for item in self.declared.index_table if self._reports(item))
         self.index_names = tuple(index.name for index in self.index_table)
         table_names = [index.name for index in self.declared.index_table]
@@ -90,10 +87,6 @@ class DesignProblem(ABC):
         self.objective_columns = [table_names.index(o.name) for o in self.objectives]
         self.low = np.array([variable.low for variable in self.variables])
         self.high = np.array([variable.high for variable in self.variables])
-        names = [variable.name for variable in self.all_variables]
-        self._columns = [names.index(variable.name) for variable in self.variables]
-        self._template = np.array([self.fixed.get(name, 0.0) for name in names])
-        self._links = [(names.index(one), names.index(of)) for one, of in self.following.items()]
         self._task_row = self.task.pack()[None, :]
         indices = {index.name: index.unit for index in self.declared.index_table}
         variables = {variable.name: variable.unit for variable in self.all_variables}
@@ -167,6 +160,16 @@ class DesignProblem(ABC):
         return tuple(variable.name for variable in self.variables)
 
     @property
+    def fixed(self) -> dict[str, float]:
+        """The variables that are fixed, with their values."""
+        return dict(self.space.fixed)
+
+    @property
+    def following(self) -> dict[str, str]:
+        """The variables that equal another one, by its name."""
+        return dict(self.space.following)
+
+    @property
     def directions(self) -> tuple[str, ...]:
         """Optuna's word for each objective's direction: "minimize" or "maximize"."""
         return tuple(objective.direction.replace("ise", "ize") for objective in self.objectives)
@@ -207,18 +210,11 @@ class DesignProblem(ABC):
 
     def complete(self, designs: FloatArray) -> FloatArray:
         """Return designs (n, d) with the fixed variables put in: (n, all variables)."""
-        if len(self._columns) == len(self.all_variables):
-            return designs
-        full = np.repeat(self._template[None, :], len(designs), axis=0)
-        full[:, self._columns] = designs
-        for column, source in self._links:
-            full[:, column] = full[:, source]
-        return full
+        return self.space.complete(designs)
 
     def reduced(self, full: FloatArray) -> FloatArray:
         """Return the searched columns (n, d) of complete designs (n, all variables)."""
-        reduced: FloatArray = full[:, self._columns]
-        return reduced
+        return self.space.reduced(full)
 
     def mechanism(self, design: FloatArray, task: TaskLike = None) -> Mechanism:
         """Return the machine of a design (d,).
@@ -272,7 +268,7 @@ class DesignProblem(ABC):
 
     def printed_design(self) -> FloatArray:
         """Return the design (d,) that the paper prints; the default one where there is no paper."""
-        return self.reduced(self._defaults()[None])[0]
+        return self.reduced(self.space.defaults()[None])[0]
 
     def local_violations(
         self, machine: Mechanism, pose: FloatArray, task: Task
@@ -333,6 +329,17 @@ class DesignProblem(ABC):
         """Return the task of a row (m,)."""
         return self.task_type.unpack(row)
 
+    def with_task(self, task: TaskLike) -> Self:
+        """Return the same problem with another task."""
+        return type(self)(
+            task=self._task(task),
+            objective=[objective.name for objective in self.objectives],
+            free=self.variable_names,
+            fixed=self.fixed,
+            bounds={v.name: (v.low, v.high) for v in self.variables},
+            **asdict(self.options),
+        )
+
     def objective_for(self, task: TaskLike = None) -> TrialObjective:
         """Return a plain callable of an Optuna trial: its value(s), constraints and indices."""
         return TrialObjective(self, self._task(task))
@@ -347,7 +354,7 @@ class DesignProblem(ABC):
             "name": self.name,
             "version": self.declared.version,
             "variables": [(v.name, v.low, v.high) for v in self.variables],
-            "fixed": self._unusual_fixed(),
+            "fixed": self.space.unusual(),
             "task": [asdict(variable) for variable in self.task_variables],
             "objectives": [(o.name, o.direction) for o in self.objectives],
             "constraints": self.constraint_names,
@@ -384,78 +391,9 @@ class DesignProblem(ABC):
         }
         return replace(options, **needed) if needed else options
 
-    def _unusual_fixed(self) -> dict[str, float]:
-        """Return the fixed values that are not just the defaults of unsearched variables."""
-        defaults = dict(zip([v.name for v in self.all_variables], self._defaults(), strict=True))
-        usual = {v.name: defaults[v.name] for v in self.all_variables if not v.searched}
-        return {k: x for k, x in sorted(self.fixed.items()) if usual.get(k) != x}
-
     def _reports(self, item: Index) -> bool:
         said = item.reported
         return bool(getattr(self.options, said)) if isinstance(said, str) else said
-
-    def _fixed_values(
-        self, free: Iterable[str] | None, fixed: Mapping[str, float] | None
-    ) -> dict[str, float]:
-        names = [variable.name for variable in self.all_variables]
-        values = {name: _number(f"fixed {name}", value) for name, value in (fixed or {}).items()}
-        check_known("variable", values, names)
-        searched = self._searched(free, names)
-        for name in names:
-            if free is not None and name in searched and name in values:
-                raise ValueError(f"{name} is both free and fixed: choose one")
-        if not searched - values.keys():
-            raise ValueError("every variable is fixed: leave at least one to search")
-        defaults = dict(zip(names, self._defaults(values).tolist(), strict=True))
-        for variable in self.all_variables:
-            if variable.name in searched or variable.name in values:
-                continue
-            if isinstance(variable.default, str):
-                self.following[variable.name] = variable.default
-            else:
-                values[variable.name] = defaults[variable.name]
-        return {name: values[name] for name in names if name in values}
-
-    def _searched(self, free: Iterable[str] | None, names: list[str]) -> set[str]:
-        if free is None:
-            return {variable.name for variable in self.all_variables if variable.searched}
-        chosen = (free,) if isinstance(free, str) else tuple(free)
-        if chosen == (ALL,):
-            return set(names)
-        check_known("variable", chosen, names)
-        return set(chosen)
-
-    def _defaults(self, values: Mapping[str, float] | None = None) -> FloatArray:
-        """Return the complete default design (all variables), with some values given.
-
-        A variable's declared default, else what the paper prints, else the middle of its range.
-        """
-        printed, chosen = self.reference.design, dict(values or {})
-        links = {v.name: v.default for v in self.all_variables if isinstance(v.default, str)}
-        for v in self.all_variables:
-            middle = 0.5 * (v.low + v.high)
-            default = printed.get(v.name, middle) if v.default is None else v.default
-            if not isinstance(default, str):
-                chosen.setdefault(v.name, float(default))
-        for name, source in links.items():
-            chosen.setdefault(name, chosen[source])
-        return np.array([chosen[v.name] for v in self.all_variables])
-
-    def _free_variables(self, bounds: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-        held = self.fixed.keys() | self.following.keys()
-        free = [variable for variable in self.all_variables if variable.name not in held]
-        check_known("variable", bounds, [variable.name for variable in free])
-        ranged = []
-        for variable in free:
-            low, high = bounds.get(variable.name, (variable.low, variable.high))
-            low, high = (_number(f"bound of {variable.name}", value) for value in (low, high))
-            if not low < high:
-                raise ValueError(
-                    f"bounds of {variable.name} are ({low:g}, {high:g}): the low one must be "
-                    "the smaller"
-                )
-            ranged.append(replace(variable, low=low, high=high))
-        return tuple(ranged)
 
     def _checked(self, designs: FloatArray) -> FloatArray:
         array = np.asarray(designs)
@@ -490,13 +428,3 @@ class DesignProblem(ABC):
         rows = np.ascontiguousarray(rows, dtype=np.float64)
         self.task_type.check_rows(rows)
         return rows
-
-
-def _number(what: str, value: float) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not isfinite(number):
-        raise ValueError(f"{what} is {value!r}: it must be a finite number")
-    return number

@@ -47,6 +47,7 @@ def problem_from(
     fix: Texts = None,
     range_: Texts = None,
     objective: Sequence[str] | None = None,
+    free: Sequence[str] | None = None,
     **options: Any,
 ) -> DesignProblem:
     """Make the problem of a verb's arguments.
@@ -57,6 +58,7 @@ def problem_from(
         fix: ``VARIABLE=VALUE``.
         range_: ``VARIABLE=LOW:HIGH``.
         objective: names of objectives, the default one if empty.
+        free: names of the variables that are searched, or "all"; the usual ones if empty.
         options: options of the mechanism that ``set_`` overrides.
 
     Raises:
@@ -70,7 +72,7 @@ def problem_from(
             f"--set {key}={text} is part of a design, and this verb takes none: keep a variable at "
             "a value with --fix"
         )
-    return _problem(kind, settings, fix, range_, objective, options)
+    return _problem(kind, settings, fix, range_, objective, free, options)
 
 
 def design_from(
@@ -79,6 +81,7 @@ def design_from(
     fix: Texts = None,
     range_: Texts = None,
     objective: Sequence[str] | None = None,
+    free: Sequence[str] | None = None,
     **options: Any,
 ) -> GivenDesign:
     """Return the design in ``set_``, and its problem: what isn't given is as printed or by default.
@@ -91,7 +94,9 @@ def design_from(
     """
     kind = problem_type(name)
     settings = _settings(kind, set_)
-    problem = _problem(kind, settings, fix, range_, objective, options)
+    held = {v.name for v in kind.all_variables if not (v.searched or free)}
+    fix = [*(fix or ()), *(f"{k}={x}" for k, x in settings.design.items() if k in held)]
+    problem = _problem(kind, settings, fix, range_, objective, free, options)
     units = {variable.name: variable.unit for variable in problem.all_variables}
     derived = problem.derived(problem.printed_design())
     units |= {key: derived[key].unit for key in problem.declared.dimensions}
@@ -146,6 +151,7 @@ def _problem(
     fix: Texts,
     range_: Texts,
     objective: Sequence[str] | None,
+    free: Sequence[str] | None,
     options: Mapping[str, Any],
 ) -> DesignProblem:
     units = {variable.name: variable.unit for variable in kind.all_variables}
@@ -156,6 +162,7 @@ def _problem(
     return kind(
         task=settings.task,
         objective=objective or None,
+        free=free or None,
         fixed={key: parse(text, units[key], what=key) for key, text in fixed.items()},
         bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
         **{**options, **settings.options},

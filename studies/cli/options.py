@@ -55,6 +55,16 @@ FixOption: TypeAlias = Annotated[
         "--fix", metavar="VARIABLE=VALUE ...", help="Take variables out of the search: lam_e=0.6."
     ),
 ]
+FreeOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="VARIABLE",
+        help='Search just this variable, or "all"; repeat it for several. The others keep their '
+        "default.",
+        show_default=False,
+    ),
+]
 RangeOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(

@@ -7,7 +7,14 @@ from typing import Annotated
 import typer
 
 from pkm_gym.studies.cli.arguments import problem_from
-from pkm_gym.studies.cli.options import FixOption, Name, ObjectiveOption, RangeOption, SetOption
+from pkm_gym.studies.cli.options import (
+    FixOption,
+    FreeOption,
+    Name,
+    ObjectiveOption,
+    RangeOption,
+    SetOption,
+)
 from pkm_gym.studies.cli.runs import own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
@@ -29,6 +36,7 @@ def command(
         typer.Option("--agents", help="With PPO and SAC trained on this task, some minutes each."),
     ] = False,
     set_: SetOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -38,7 +46,7 @@ def command(
     Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
     every run, to compare.json.
     """
-    problem = problem_from(name, set_, fix, range_, objective)
+    problem = problem_from(name, set_, fix, range_, objective, free)
     screen = console()
     with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(

@@ -10,6 +10,7 @@ import typer
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
+    FreeOption,
     Name,
     ObjectiveOption,
     RangeOption,
@@ -45,6 +46,7 @@ def command(
         Path | None, output_option("The atlas; runs/NAME/grid.nc if not said.")
     ] = None,
     set_: SetOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -54,7 +56,7 @@ def command(
     Where there is no such grid, or with --step, it is one of ours. The file is NetCDF:
     xarray.open_dataset reads it.
     """
-    problem = problem_from(name, set_, fix, range_, objective)
+    problem = problem_from(name, set_, fix, range_, objective, free)
     evaluation = grid(
         problem, step=step, storage=storage, name=study_name, output=output, command=own_command()
     )

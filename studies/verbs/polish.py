@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
     DesignOption,
     FixOption,
+    FreeOption,
     Name,
     ObjectiveOption,
     RangeOption,
@@ -39,6 +38,7 @@ def command(
         ),
     ] = None,
     set_: DesignOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -48,12 +48,12 @@ def command(
 
     Example: pkm-gym polish diamond --set lam_e=0.6 lam_l=2.5 gap=0.4
     """
-    given = design_from(name, set_, fix, range_, objective)
+    given = design_from(name, set_, fix, range_, objective, free)
     problem = given.problem
     if given.names:
         if source is not None:
             raise ValueError(f"--from {source} and a design in --set are two starts: leave one out")
-        problem, source = _with_task(problem, given.task), "the design in --set"
+        problem, source = problem.with_task(given.task), "the design in --set"
         start = given.design[None]
     else:
         source, start = _start(problem, source, storage or default_storage(problem.name))
@@ -79,13 +79,3 @@ def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str,
         if source is None:
             return best_known(problem, where)
         return f"the best of {source}", warm_designs(problem, source, where)
-
-
-def _with_task(problem: DesignProblem, task: Task) -> DesignProblem:
-    return type(problem)(
-        task=task,
-        objective=[objective.name for objective in problem.objectives],
-        fixed=problem.fixed,
-        bounds={v.name: (v.low, v.high) for v in problem.variables},
-        **asdict(problem.options),
-    )

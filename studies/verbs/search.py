@@ -11,6 +11,7 @@ from rich.console import Console
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
+    FreeOption,
     Name,
     ObjectiveOption,
     RangeOption,
@@ -39,6 +40,7 @@ def command(
         str | None, study_name_option("Of the study; NAME-SAMPLER if not said.")
     ] = None,
     set_: SetOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -68,7 +70,7 @@ def command(
 
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
-    problem = problem_from(name, set_, fix, range_, objective)
+    problem = problem_from(name, set_, fix, range_, objective, free)
     screen = console()
     began = time.monotonic()
     with search_bar(screen, problem, trials) as report:

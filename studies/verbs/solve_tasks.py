@@ -15,6 +15,7 @@ from pkm_gym.mechanisms import called
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
+    FreeOption,
     Name,
     ObjectiveOption,
     RangeOption,
@@ -37,6 +38,7 @@ def command(
     ] = None,
     seed: SeedOption = 0,
     set_: SetOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -46,11 +48,17 @@ def command(
     What is drawn depends on the seed alone. Stopped by Ctrl-C, the same command goes on where it
     was.
     """
-    problem = problem_from(name, set_, fix, range_, objective)
+    problem = problem_from(name, set_, fix, range_, objective, free)
     output = output or run_folder(problem.name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")
-    settings = {"--set": set_, "--fix": fix, "--range": range_, "--objective": objective}
+    settings = {
+        "--set": set_,
+        "--free": free,
+        "--fix": fix,
+        "--range": range_,
+        "--objective": objective,
+    }
     job = _job(problem, number, seed, settings, output)
     screen = console()
     solved = solve(job, screen)

@@ -10,6 +10,7 @@ from rich.text import Text
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
     FixOption,
+    FreeOption,
     Name,
     ObjectiveOption,
     RangeOption,
@@ -32,6 +33,7 @@ def command(
         study_name_option("What the names of its studies begin with; NAME if not said."),
     ] = None,
     set_: SetOption = None,
+    free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
@@ -40,7 +42,7 @@ def command(
 
     Everything goes to runs/NAME; the same command again goes on where it was.
     """
-    problem = problem_from(name, set_, fix, range_, objective)
+    problem = problem_from(name, set_, fix, range_, objective, free)
     screen = console()
     began = time.monotonic()
     best = study(problem, screen, trials=trials, seed=seed, name=study_name)

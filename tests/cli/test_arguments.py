@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.rows import variable
+from pkm_gym.mechanisms.diamond.declared import DIAMOND
+from pkm_gym.mechanisms.diamond.problem import DiamondProblem
+from pkm_gym.studies.cli import arguments
 from pkm_gym.studies.cli.arguments import design_from, problem_from
 
 LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
@@ -17,6 +23,43 @@ LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
 def given(*settings: str, **arguments):
     design = design_from("diamond", settings, **arguments)
     return design.problem, design
+
+
+class HeldDesign(NamedTuple):
+    """The Diamond's, with a gap that isn't searched unless it is named."""
+
+    lam_e: Annotated[float, variable(0.2, 0.75, "", "e / l1")]
+    lam_l: Annotated[float, variable(1.2, 3.6, "", "l2 / l1")]
+    gap: Annotated[float, variable(0.1, 0.7, "", "the gap", default=0.41, searched=False)]
+
+
+class HeldProblem(DiamondProblem):
+    declared = replace(DIAMOND, design=HeldDesign)
+
+
+@pytest.fixture
+def held(monkeypatch):
+    monkeypatch.setattr(arguments, "problem_type", lambda _: HeldProblem)
+
+
+@pytest.mark.usefixtures("held")
+def test_free_names_what_is_searched():
+    assert problem_from("held").variable_names == ("lam_e", "lam_l")
+    assert problem_from("held", free=["all"]).variable_names == ("lam_e", "lam_l", "gap")
+    problem = problem_from("held", free=["gap"])
+    assert problem.variable_names == ("gap",)
+    assert problem.fixed == {"lam_e": 0.6, "lam_l": 2.56}
+    with pytest.raises(ValueError, match="unknown variable 'gab'; did you mean 'gap'"):
+        problem_from("held", free=["gab"])
+
+
+@pytest.mark.usefixtures("held")
+def test_a_design_may_give_what_is_not_searched():
+    design = design_from("held", ["lam_e=0.5", "gap=0.3"])
+    assert design.problem.variable_names == ("lam_e", "lam_l")
+    assert design.problem.named(design.design) == {"lam_e": 0.5, "lam_l": 2.56, "gap": 0.3}
+    searched = design_from("held", ["lam_e=0.5", "gap=0.3"], free=["all"])
+    assert searched.problem.named(searched.design) == design.problem.named(design.design)
 
 
 def test_no_words_make_the_problem_as_it_comes():

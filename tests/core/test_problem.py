@@ -236,6 +236,16 @@ def test_free_lists_exactly_what_is_searched(slider: Any) -> None:
     assert slider(free=("tail",)).variable_names == ("tail",)
 
 
+def test_with_another_task_the_same_is_searched(slider: Any) -> None:
+    problem = slider(free=("gap", "tail"), fixed={"arm": 0.5}, bounds={"gap": (0.05, 0.2)})
+    field = problem.task_variables[0]
+    again = problem.with_task({field.name: field.legal_high})
+    assert getattr(again.task, field.name) == field.legal_high
+    assert again.variables == problem.variables
+    assert (again.fixed, again.following) == (problem.fixed, problem.following)
+    assert again.hash() == problem.hash()
+
+
 def test_what_follows_a_fixed_variable_has_its_value(slider: Any) -> None:
     problem = slider(fixed={"rod": 0.7})
     np.testing.assert_array_equal(problem.complete(np.array([[0.3]])), [[0.3, 0.7, 0.7, 0.1]])

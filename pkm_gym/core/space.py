@@ -1,0 +1,164 @@
+"""Space: which variables are searched, which stay fixed and which follow another one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+
+import numpy as np
+
+from pkm_gym.core.names import check_known
+from pkm_gym.core.task import Variable
+from pkm_gym.core.types import FloatArray
+
+ALL = "all"  # as ``free``: every variable
+
+
+@dataclass(frozen=True)
+class Space:
+    """The designs (n, d) that are searched among complete ones (n, all variables).
+
+    Attributes:
+        every: all variables.
+        printed: variable -> the value that the paper prints, empty without a paper.
+        searched: the d variables that are searched, within their bounds.
+        fixed: variable -> value.
+        following: variable -> the other one that it equals.
+    """
+
+    every: tuple[Variable, ...]
+    printed: Mapping[str, float]
+    searched: tuple[Variable, ...]
+    fixed: Mapping[str, float]
+    following: Mapping[str, str]
+
+    @classmethod
+    def chosen(
+        cls,
+        every: tuple[Variable, ...],
+        printed: Mapping[str, float],
+        free: Iterable[str] | None,
+        fixed: Mapping[str, float] | None,
+        bounds: Mapping[str, tuple[float, float]] | None,
+    ) -> Space:
+        """Return the space that the arguments of a problem mean.
+
+        Raises:
+            ValueError: for an unknown name (with its closest match), a number that is none, bounds
+                the wrong way round, or nothing left to search.
+        """
+        names = [variable.name for variable in every]
+        values = {name: _number(f"fixed {name}", value) for name, value in (fixed or {}).items()}
+        check_known("variable", values, names)
+        searched = _searched(every, free)
+        for name in names:
+            if free is not None and name in searched and name in values:
+                raise ValueError(f"{name} is both free and fixed: choose one")
+        if not searched - values.keys():
+            raise ValueError("every variable is fixed: leave at least one to search")
+        held = [v for v in every if v.name not in searched and v.name not in values]
+        following = {v.name: v.default for v in held if isinstance(v.default, str)}
+        usual = dict(zip(names, defaults(every, printed, values).tolist(), strict=True))
+        values |= {v.name: usual[v.name] for v in held if v.name not in following}
+        kept = [v for v in every if v.name in searched and v.name not in values]
+        return cls(
+            every,
+            printed,
+            _bounded(kept, bounds or {}),
+            {name: values[name] for name in names if name in values},
+            following,
+        )
+
+    def complete(self, designs: FloatArray) -> FloatArray:
+        """Return designs (n, d) with what is fixed and what follows put in."""
+        if len(self.searched) == len(self.every):
+            return designs
+        full = np.empty((len(designs), len(self.every)))
+        for column, variable in enumerate(self.every):
+            if variable.name in self.fixed:
+                full[:, column] = self.fixed[variable.name]
+        full[:, self.columns] = designs
+        for name, source in self.following.items():
+            full[:, self._column(name)] = full[:, self._column(source)]
+        return full
+
+    def reduced(self, full: FloatArray) -> FloatArray:
+        """Return the searched columns (n, d) of complete designs."""
+        reduced: FloatArray = full[:, self.columns]
+        return reduced
+
+    @property
+    def columns(self) -> list[int]:
+        """Where the searched variables are in a complete design."""
+        return [self._column(variable.name) for variable in self.searched]
+
+    def defaults(self) -> FloatArray:
+        """Return the complete default design (all variables,)."""
+        return defaults(self.every, self.printed, {})
+
+    def unusual(self) -> dict[str, float]:
+        """Return the fixed values that are not just the defaults of unsearched variables."""
+        named = zip(self.every, self.defaults().tolist(), strict=True)
+        usual = {variable.name: value for variable, value in named if not variable.searched}
+        return {k: x for k, x in sorted(self.fixed.items()) if usual.get(k) != x}
+
+    def _column(self, name: str) -> int:
+        return [variable.name for variable in self.every].index(name)
+
+
+def defaults(
+    every: Sequence[Variable], printed: Mapping[str, float], given: Mapping[str, float]
+) -> FloatArray:
+    """Return the complete default design (all variables,), with some values given.
+
+    A variable's declared default, else what the paper prints, else the middle of its range.
+    """
+    values = dict(given)
+    links = {v.name: v.default for v in every if isinstance(v.default, str)}
+    for v in every:
+        middle = 0.5 * (v.low + v.high)
+        default = printed.get(v.name, middle) if v.default is None else v.default
+        if not isinstance(default, str):
+            values.setdefault(v.name, float(default))
+    for name, source in links.items():
+        values.setdefault(name, values[source])
+    return np.array([values[v.name] for v in every])
+
+
+def _searched(every: Sequence[Variable], free: Iterable[str] | None) -> set[str]:
+    if free is None:
+        return {variable.name for variable in every if variable.searched}
+    names = [variable.name for variable in every]
+    chosen = (free,) if isinstance(free, str) else tuple(free)
+    if chosen == (ALL,):
+        return set(names)
+    check_known("variable", chosen, names)
+    return set(chosen)
+
+
+def _bounded(
+    variables: Sequence[Variable], bounds: Mapping[str, tuple[float, float]]
+) -> tuple[Variable, ...]:
+    check_known("variable", bounds, [variable.name for variable in variables])
+    bounded = []
+    for variable in variables:
+        low, high = bounds.get(variable.name, (variable.low, variable.high))
+        low, high = (_number(f"bound of {variable.name}", value) for value in (low, high))
+        if not low < high:
+            raise ValueError(
+                f"bounds of {variable.name} are ({low:g}, {high:g}): the low one must be "
+                "the smaller"
+            )
+        bounded.append(replace(variable, low=low, high=high))
+    return tuple(bounded)
+
+
+def _number(what: str, value: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not isfinite(number):
+        raise ValueError(f"{what} is {value!r}: it must be a finite number")
+    return number
