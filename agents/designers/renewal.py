@@ -11,13 +11,18 @@ import numpy as np
 
 from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer
+from pkm_gym.agents.designers.shipping import recorded
 from pkm_gym.core.files import whole_file
 
 CLOSE = 1e-6  # a share of the range: how near to the recorded ones its first designs must be
+MOVED = 0.05  # a share of a recorded median regret: by more than this it is measured anew
 
 
 def renew(path: Path) -> bool:
     """Write a designer's configuration anew with its problem's hash; return whether it changed.
+
+    The median regrets of a shipped one are recorded anew where they have moved: those after many
+    evaluations are so small that the last bits of the problem count.
 
     Raises:
         ValueError: in one sentence, for a file that is missing or damaged, or a designer that
@@ -28,6 +33,7 @@ def renew(path: Path) -> bool:
     changed = bool(config["hash"] != designer.problem.hash())
     if origin.recorded:
         _check(path, designer, origin.recorded)
+        changed |= _remeasured(config, designer)
     elif changed:
         raise ValueError(
             f"the designer {path.stem!r} of another version of {designer.problem.name} records no "
@@ -41,9 +47,18 @@ def renew(path: Path) -> bool:
     return True
 
 
-def _check(path: Path, designer: Designer, recorded: Mapping[str, Any]) -> None:
-    designs = designer.design(np.array(recorded["tasks"])).designs[:, 0]
-    off = np.abs(designs - recorded["designs"]) / (designer.problem.high - designer.problem.low)
+def _remeasured(config: dict[str, Any], designer: Designer) -> bool:
+    """Put the median regrets that it has now into a configuration; return whether they moved."""
+    kept, now = config["origin"]["recorded"]["regrets"], recorded(designer)["regrets"]
+    moved = any(abs(now[k] - kept[k]) > MOVED * kept[k] for k in kept)
+    if moved:
+        config["origin"]["recorded"]["regrets"] = now
+    return moved
+
+
+def _check(path: Path, designer: Designer, kept: Mapping[str, Any]) -> None:
+    designs = designer.design(np.array(kept["tasks"])).designs[:, 0]
+    off = np.abs(designs - kept["designs"]) / (designer.problem.high - designer.problem.low)
     if not off.max() <= CLOSE:
         raise ValueError(
             f"the designer {path.stem!r} no longer designs what it did (off by {off.max():.1e} of "
