@@ -10,19 +10,22 @@ import pytest
 
 from pkm_gym.envs.baselines import servo
 from pkm_gym.envs.motion import MotionEnv
-from pkm_gym.envs.registration import MOTION
+from pkm_gym.mechanisms import own_declarations
 from pkm_gym.twin.check import random_designs
 
 DESIGNS = 20
+MOTIONS = [
+    f"PKM/{said.environment}Motion-v0" for said in own_declarations() if said.motion is not None
+]
 
 
-@pytest.fixture(params=MOTION)
+@pytest.fixture(params=MOTIONS)
 def env(request: pytest.FixtureRequest) -> MotionEnv:
     return gym.make(request.param).unwrapped
 
 
 def name_of(env: MotionEnv) -> str:
-    return next(name for name, kwargs in MOTION.items() if kwargs["problem"] == env.problem.name)
+    return f"PKM/{env.problem.declared.environment}Motion-v0"
 
 
 def test_steps(benchmark: Any, env: MotionEnv) -> None:
