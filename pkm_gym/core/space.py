@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import isfinite
 
 import numpy as np
@@ -74,10 +75,7 @@ class Space:
         """Return designs (n, d) with what is fixed and what follows put in."""
         if len(self.searched) == len(self.every):
             return designs
-        full = np.empty((len(designs), len(self.every)))
-        for column, variable in enumerate(self.every):
-            if variable.name in self.fixed:
-                full[:, column] = self.fixed[variable.name]
+        full = np.repeat(self._held, len(designs), axis=0)
         full[:, self.columns] = designs
         for name, source in self.following.items():
             full[:, self._column(name)] = full[:, self._column(source)]
@@ -88,10 +86,15 @@ class Space:
         reduced: FloatArray = full[:, self.columns]
         return reduced
 
-    @property
+    @cached_property
     def columns(self) -> list[int]:
         """Where the searched variables are in a complete design."""
         return [self._column(variable.name) for variable in self.searched]
+
+    @cached_property
+    def _held(self) -> FloatArray:
+        """The fixed values in their places (1, all variables)."""
+        return np.array([[self.fixed.get(variable.name, 0.0) for variable in self.every]])
 
     def defaults(self) -> FloatArray:
         """Return the complete default design (all variables,)."""
