@@ -41,14 +41,14 @@ def _nearest(evaluation: Evaluation, i: int) -> list[str]:
     if not evaluation.unreached[i] > 0.0:
         return []
     named = zip(evaluation.problem.declared.constraints, evaluation.constraints[i], strict=True)
-    own = {limit: value for limit, value in named if isinstance(limit, str)}
-    return [max(own, key=lambda name: own[name])]
+    reach = {n: value for n, value in named if isinstance(n, str) and n != "dimensions"}
+    return [max(reach, key=lambda name: reach[name])] if reach else []
 
 
 def _places(evaluation: Evaluation, i: int, limits: list[Limit]) -> dict[str, str]:
     """Return where in the workspace the limited indices have their extremes, in words."""
     problem = evaluation.problem
-    if evaluation.unreached[i] > 0.0 or not limits:
+    if not limits:
         return {}
     machine = problem.mechanism(evaluation.designs[i], evaluation.task(i))
     poses = machine.search_poses()
