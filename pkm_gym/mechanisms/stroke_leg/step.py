@@ -1,7 +1,7 @@
 """A step of the leg, a gait of ours: the paper shows a trot but no number of it.
 
-The foot swings forward along a cycloid and returns on the ground along another one, at rest relative
-to the hip whenever it is put down or lifted.
+The foot swings forward along a cycloid and returns on the ground along another one, at rest
+relative to the hip whenever it is put down or lifted.
 """
 
 from __future__ import annotations
