@@ -25,9 +25,7 @@ def test_a_solver_chooses_the_integrator_and_may_be_without_gravity(machine, mon
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -9.81])
     module = twin_module(machine)
-    monkeypatch.setattr(
-        module, "SOLVER", replace(module.SOLVER, integrator="Euler", gravity=False)
-    )
+    monkeypatch.setattr(module, "SOLVER", replace(module.SOLVER, integrator="Euler", gravity=False))
     model = Twin(machine, machine.sample_poses()[0]).model
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     np.testing.assert_array_equal(model.opt.gravity, 0.0)
