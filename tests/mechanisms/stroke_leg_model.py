@@ -214,16 +214,17 @@ def of(
     return Model(1e-3 * l1, 1e-3 * l3, 1e-3 * l6, *angles, 1e-3 * (l5 or l1), 0.26)
 
 
-def grid(low: float, high: float, swing: float, points: int) -> np.ndarray:
-    """Openings (points, points, 2), rad, corners among them."""
-    axes = np.linspace(low, high, points), np.linspace(-swing, swing, points)
+def grid(low: float, high: float, swing: float, points: int | tuple[int, int]) -> np.ndarray:
+    """Openings (points of theta, points of varphi, 2), rad, corners among them."""
+    rows, columns = (points, points) if isinstance(points, int) else points
+    axes = np.linspace(low, high, rows), np.linspace(-swing, swing, columns)
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 def moments(
     model: Model, low: float, high: float, swing: float, *, by_area: bool = False, nodes: int = 100
 ) -> tuple[float, float]:
-    """Mean and standard deviation of the condition number, by Gauss nodes on pieces."""
+    """Mean and standard deviation of the condition number, by Gauss nodes on four parts."""
     rule = np.polynomial.legendre.leggauss(nodes)
     theta, w = splined(*rule, low, 0.25 * np.pi, high)
     varphi, v = splined(*rule, -swing, 0.0, swing)
