@@ -174,7 +174,8 @@ def test_the_mechanism_shows_what_the_problem_measures(
 def test_how_a_leg_and_its_rectangle_scale(gait: DesignProblem, factor: float) -> None:
     design = design_of(*OPTIMUM)
     lengths = ("stride", "lift", "hip_height", "x0", "l_min", "mount", "gap")
-    task: Any = replace(gait.task, x0=0.03)  # type: ignore[type-var]  # a dataclass
+    task: Any = gait.task
+    task = replace(task, x0=0.03)
     larger = replace(task, **{name: factor * getattr(task, name) for name in lengths})
     scaled = np.where([name.startswith("l") for name in gait.variable_names], factor, 1.0) * design
     one, other = gait.evaluate(design[None], task), gait.evaluate(scaled[None], larger)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -70,8 +70,8 @@ def spread(
 
 
 def model_of(problem: DesignProblem, design: np.ndarray, task: Any) -> Model:
-    machine = asdict(problem.mechanism(design, task))  # type: ignore[call-overload]  # a dataclass
-    return Model(**{name: machine[name] for name in Model.__dataclass_fields__})
+    machine: Any = problem.mechanism(design, task)
+    return Model(*(getattr(machine, field.name) for field in fields(Model)))
 
 
 def clearance(evaluation: Evaluation) -> np.ndarray:
