@@ -139,6 +139,22 @@ def test_margins_and_gap_of_any_design(arguments: dict[str, Any]) -> None:
     assert across > 10
 
 
+@pytest.mark.parametrize("gamma", [5.0, 100.0, 130.0, 140.0, 225.0, 300.0, 320.0, 355.0])
+def test_margins_of_any_angle_of_the_second_crank(gamma: float) -> None:
+    problem = problem_of(fixed={"gamma": float(np.radians(gamma))})
+    indices = problem.evaluate(design_of(*OTHER)[None]).indices
+    model, machine = of(*OTHER, gamma=gamma), problem.mechanism(design_of(*OTHER))
+    opening = grid(LOW, HIGH, SWING, 31)
+    turned = model.turned(opening)[..., 1]
+    shown = machine.index_maps(model.foot(opening))
+    above = 135.0 < gamma < 315.0  # D over OC in the middle of D's range
+    d = turned if above else -turned
+    d = 0.5 * np.pi - np.angle(np.exp(1j * (0.5 * np.pi - d)))  # about where OD is square to OC
+    for name, margins in (("dead_D_short", d), ("dead_D_long", np.pi - d)):
+        assert indices[name][0] == pytest.approx(margins.min(), abs=1e-12)
+        np.testing.assert_allclose(shown[name].values, margins, rtol=0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize("arguments", EVERY_BOX[1:], ids=["family", "all"])
 def test_the_smallest_condition_number_on_a_dense_grid(arguments: dict[str, Any]) -> None:
     problem = problem_of(**arguments)
