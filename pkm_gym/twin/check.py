@@ -17,7 +17,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.twin.model import Twin
 
 POSES = 4  # random ones a machine, beside the corners of its workspace
-BATCH, BATCHES = 1024, 1000  # of random designs
+BATCH, BATCHES = 1024, 10_000  # of random designs
 
 
 @dataclass(frozen=True)
