@@ -16,15 +16,11 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from pkm_gym.core.planar_twin import AXES, add_box
+from pkm_gym.core.planar_twin import AXES
 from pkm_gym.core.twin import (
-    ALUMINIUM,
     BANDWIDTH,
-    STEEL,
     Course,
     Solver,
-    add_bar,
-    add_cylinder,
     add_drive,
     add_machine,
     add_stage,
@@ -34,6 +30,16 @@ from pkm_gym.core.twin import (
 )
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.stroke_leg.mechanism import Leg
+from pkm_gym.mechanisms.stroke_leg.looks import (
+    CHAINS,
+    CYLINDER,
+    FOOT,
+    Chain,
+    draw_chain,
+    draw_cylinder,
+    draw_frame,
+    thickness,
+)
 from pkm_gym.mechanisms.stroke_leg.step import Step
 from pkm_gym.mechanisms.stroke_leg.workspace import GaitLeg
 
@@ -42,11 +48,7 @@ STIFFNESS = 2e6  # N/m, of a servo
 DAMPING = 1.0  # N m s/rad, of a hinge: the servos alone leave what is heavy at the foot swinging
 SIDE = 0.26  # m, of the rhombi that the default step is for
 CLEAR = np.radians(1.0)  # of a dead line, where cylinders still hold the cranks
-
-# Where things are, in thicknesses from the plane of the inner bars towards who looks at the leg.
-OUTER = (-1.7, 1.7)
-CRANK, CYLINDER = 2.9, 4.1  # of D
-FRAME = (-3.2, 5.6)
+LOOPS = {"A": ("end_2", "A"), "D": ("end_4", "D"), "G": ("G_FJ", "G_EH"), "I": ("I_J", "I_H")}
 
 
 def build(machine: Leg, pose: FloatArray) -> mujoco.MjSpec:
@@ -59,45 +61,36 @@ def build(machine: Leg, pose: FloatArray) -> mujoco.MjSpec:
     check_reach(machine.inverse_kinematics(pose), pose)
     values = {name: float(row[0]) for name, row in coordinates(machine, pose[None], pose).items()}
     spec = new_spec("stroke_leg", SOLVER)
-    thick = 0.05 * machine.l
-    height = _hip_height(machine) + 1.3 * thick
+    thick = thickness(machine)
+    height = _hip_height(machine) + FOOT * thick
     base = add_machine(spec, AXES, height)
     l, at = machine.l, machine.points(pose)
-
-    for chain, (crank, length, angle, planes) in {
-        ("alpha", "E", "H"): ("D", machine.l5, machine.gamma, (0.0,)),
-        ("beta", "F", "J"): ("A", machine.l1, machine.phi, OUTER),
-    }.items():
-        across = OUTER if planes == (0.0,) else (0.0,)
-        upper, middle, lower = _add_chain(base, chain, values, l)
+    draw_frame(spec, base, (at["O"], at["C"], at["B"]), height, thick)
+    for look in CHAINS:
+        crank, first, second = look.letters
+        links = _add_chain(base, look, values, l)
+        length, angle = {"A": (machine.l1, machine.phi), "D": (machine.l5, machine.gamma)}[crank]
         end = length * np.array([np.cos(angle), -np.sin(angle)])
-        _add_site(upper, crank, end)
-        _add_site(middle, f"G_{chain[1]}", (l, 0.0))
-        _draw_crank(upper, end, crank, thick)
-        for body, bar, where in ((upper, l, planes), (middle, 2.0 * l, across), (lower, l, planes)):
-            _draw_bar(body, bar, where, thick)
-
+        _add_site(links[0], crank, end)
+        _add_site(links[1], f"G_{first}{second}", (l, 0.0))
+        _add_site(links[2], f"I_{second}", (l, 0.0))
+        draw_chain(links, look, l, end, thick)
     _add_site(spec.body("JI"), "tcp", (l, 0.0))
-    _add_site(spec.body("HI"), "I", (l, 0.0))
-    _draw_foot(spec.body("HI"), l, thick)
     shortest = _shortest(machine, pose)
-    for k, (frame, crank, plane) in enumerate((("B", "A", 0.0), ("C", "D", CYLINDER))):
-        name = machine.joint_names[k]
+    for name, frame, long, plane in zip(
+        machine.joint_names, "BC", shortest, (0.0, CYLINDER), strict=True
+    ):
         barrel = _add_link(base, f"barrel{name[1:]}", frame, at[frame], values[frame])
         rod = barrel.add_body(name=f"rod{name[1:]}", pos=[values[name], 0.0, 0.0])
         slide = mujoco.mjtJoint.mjJNT_SLIDE
         rod.add_joint(name=name, type=slide, axis=[1.0, 0.0, 0.0], ref=values[name])
         _add_site(rod, f"end{name[1:]}", (0.0, 0.0))
-        _draw_cylinder(barrel, rod, shortest[k], plane * thick, thick)
+        draw_cylinder(barrel, rod, long, plane * thick, thick)
         add_drive(spec, name, values[name], STIFFNESS / BANDWIDTH**2)
-    for one, other in (("G_F", "G_E"), ("tcp", "I"), ("end_2", "A"), ("end_4", "D")):
-        close_loop(spec, f"loop_{other}", (one, other), SOLVER)
-    _draw_frame(base, at, height, thick)
-    top = at["B"][1] + 4.0 * thick
-    add_stage(
-        spec, (0.2 * machine.l, 0.0, 0.5 * (height + top)), 1.12 * (height + top),
-        seen_from=(0.55, -1.0, 0.22),
-    )  # fmt: skip
+    for loop, ends in LOOPS.items():
+        close_loop(spec, f"loop_{loop}", ends, SOLVER)
+    top = height + at["B"][1] + 3.0 * thick
+    add_stage(spec, (0.45 * machine.l, 0.0, 0.5 * top), 1.12 * top, seen_from=(0.4, -1.0, 0.3))
     return spec
 
 
@@ -252,11 +245,11 @@ def _direction(vectors: FloatArray) -> FloatArray:
 
 
 def _add_chain(
-    base: mujoco.MjsBody, joints: tuple[str, str, str], values: dict[str, float], l: float
+    base: mujoco.MjsBody, look: Chain, values: dict[str, float], l: float
 ) -> tuple[mujoco.MjsBody, mujoco.MjsBody, mujoco.MjsBody]:
     """Add an upper link of the rhombi, the long bar on it, and the lower link on that one."""
-    turn, first, second = joints
-    upper = _add_link(base, f"O{first}", turn, (0.0, 0.0), values[turn])
+    _, first, second = look.letters
+    upper = _add_link(base, f"O{first}", look.joint, (0.0, 0.0), values[look.joint])
     middle = _add_link(upper, f"{first}{second}", first, (l, 0.0), values[first])
     return upper, middle, _add_link(middle, f"{second}I", second, (2.0 * l, 0.0), values[second])
 
@@ -291,52 +284,3 @@ def _shortest(machine: Leg, pose: FloatArray) -> FloatArray:
     """Return the cylinders' shortest lengths (2,) in the workspace and at a pose, m."""
     poses = np.concatenate([machine.workspace_grid(5, 5).reshape(-1, 2), pose[None]])
     return np.asarray(np.nanmin(machine.inverse_kinematics(poses), axis=0))
-
-
-# How it looks, and what it weighs -----------------------------------------------------------------
-
-
-def _draw_bar(body: mujoco.MjsBody, length: float, planes: tuple[float, ...], thick: float) -> None:
-    """Draw a bar in the middle, or two outside, with an eye at either end."""
-    for z in (plane * thick for plane in planes):
-        radius, wide = (0.7, 0.8) if len(planes) == 1 else (0.5, 0.55)
-        add_bar(body, [(0, 0, z), (length, 0, z)], radius * thick, "rod", density=ALUMINIUM)
-        for x in (0.0, length):
-            _draw_eye(body, (x, 0.0), (z - wide * thick, z + wide * thick), 1.0 * thick, "rod")
-
-
-def _draw_crank(body: mujoco.MjsBody, end: FloatArray, name: str, thick: float) -> None:
-    planes = OUTER if name == "A" else (CRANK,)
-    for z in (plane * thick for plane in planes):
-        add_bar(body, [(0, 0, z), (*end, z)], 0.5 * thick, "arm", density=ALUMINIUM)
-        for point in ((0.0, 0.0), end):
-            _draw_eye(body, point, (z - 0.55 * thick, z + 0.55 * thick), 1.1 * thick, "arm")
-
-
-def _draw_eye(
-    body: mujoco.MjsBody, at: tuple[float, float] | FloatArray, between: tuple[float, float],
-    radius: float, color: str,
-) -> None:  # fmt: skip
-    add_cylinder(body, [(*at, between[0]), (*at, between[1])], radius, color)
-
-
-def _draw_foot(body: mujoco.MjsBody, l: float, thick: float) -> None:
-    _draw_eye(body, (l, 0.0), (-1.3 * thick, 1.3 * thick), 1.3 * thick, "platform")
-
-
-def _draw_cylinder(
-    barrel: mujoco.MjsBody, rod: mujoco.MjsBody, shortest: float, z: float, thick: float
-) -> None:
-    long = 0.8 * shortest
-    add_cylinder(barrel, [(0.1 * long, 0, z), (long, 0, z)], 1.1 * thick, "base", density=STEEL)
-    _draw_eye(barrel, (0.0, 0.0), (z - 0.7 * thick, z + 0.7 * thick), 1.1 * thick, "base")
-    add_bar(rod, [(-0.92 * shortest, 0, z), (0, 0, z)], 0.5 * thick, "metal", density=STEEL)
-    _draw_eye(rod, (0.0, 0.0), (z - 0.6 * thick, z + 0.6 * thick), 0.9 * thick, "metal")
-
-
-def _draw_frame(
-    base: mujoco.MjsBody, at: dict[str, FloatArray], height: float, thick: float
-) -> None:
-    for z in (plane * thick for plane in FRAME):
-        for one, other in ("OC", "CB", "BO"):
-            add_bar(base, [(*at[one], z), (*at[other], z)], 0.5 * thick, "base")
