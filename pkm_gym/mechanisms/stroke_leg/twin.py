@@ -5,8 +5,8 @@ turns on the one before. Barrels turn on the frame at B and C, in each slides a 
 place are the bars' middles at G, their ends at the foot I, and the rods' ends at A and D. The paper
 gives no masses: those here are aluminium links, barrels and rods of steel, as they are drawn.
 
-Foot and cylinders are far apart: a cylinder that gives way by a tenth of a millimetre moves the foot
-by millimetres. So the servos are stiff, and the twin is without gravity; the check reports its sag.
+A cylinder that gives way by a tenth of a millimetre moves the foot by millimetres. So the servos
+are stiff, and the twin is without gravity; the check reports how far it would sag.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pkm_gym.core.twin import (
     new_spec,
 )
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.stroke_leg.looks import (
+from pkm_gym.mechanisms.stroke_leg.drawn_twin import (
     CHAINS,
     CYLINDER,
     FOOT,
