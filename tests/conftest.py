@@ -14,6 +14,7 @@ import pytest
 
 import pkm_gym
 import pkm_gym.twin  # before any test imports mujoco: it chooses how to draw without a screen
+from pkm_gym import mechanisms
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
@@ -39,6 +40,12 @@ hypothesis.settings.load_profile("pkm_gym")
 def problem(request: pytest.FixtureRequest) -> DesignProblem:
     """Each registered problem as it comes, with the paper's task."""
     return pkm_gym.make_problem(request.param)
+
+
+@pytest.fixture(scope="session")
+def family_problem(problem: DesignProblem) -> DesignProblem:
+    """Each registered problem as its Family's tasks are designed for: often just as it comes."""
+    return mechanisms.family_problem(problem.name) if problem.declared.family else problem
 
 
 @pytest.fixture(
@@ -89,17 +96,21 @@ def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
 
 
 @pytest.fixture(scope="session")
-def solved(problem: DesignProblem) -> Solutions:
+def solved(family_problem: DesignProblem) -> Solutions:
     """A few tasks of the problem's Family, solved."""
-    return solve_tasks(problem, problem.draw_tasks(FEW, np.random.default_rng(2010)))
+    return solve_tasks(family_problem, family_problem.draw_tasks(FEW, np.random.default_rng(2010)))
 
 
 @pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
-def family(problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest) -> Solutions:
+def family(
+    family_problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest
+) -> Solutions:
     """Solved tasks of the problem's Family: a few, and many among the slow tests."""
     if request.param == FEW:
         return solved
-    return solve_tasks(problem, problem.draw_tasks(request.param, np.random.default_rng(2010)))
+    return solve_tasks(
+        family_problem, family_problem.draw_tasks(request.param, np.random.default_rng(2010))
+    )
 
 
 @pytest.fixture(scope="session")
@@ -149,14 +160,14 @@ def beside() -> Callable[[DesignProblem, FloatArray, FloatArray], FloatArray]:
 
 @pytest.fixture(scope="session")
 def usable(
-    problem: DesignProblem, solved: Solutions, spread: Spread, beside: Callable
+    family_problem: DesignProblem, solved: Solutions, spread: Spread, beside: Callable
 ) -> Evaluation:
     """Feasible designs, each for a task of the Family: drawn, or beside optima where few are."""
-    designs, tasks = spread(problem, np.random.default_rng(7), 4000)
-    lucky = np.flatnonzero(problem.evaluate(designs, tasks).feasible)[:USABLE]
+    designs, tasks = spread(family_problem, np.random.default_rng(7), 4000)
+    lucky = np.flatnonzero(family_problem.evaluate(designs, tasks).feasible)[:USABLE]
     rows = np.resize(np.flatnonzero(solved.solvable), USABLE - len(lucky))
-    near = beside(problem, solved.designs[rows], solved.tasks[rows])
-    evaluation = problem.evaluate(
+    near = beside(family_problem, solved.designs[rows], solved.tasks[rows])
+    evaluation = family_problem.evaluate(
         np.concatenate([designs[lucky], near]), np.concatenate([tasks[lucky], solved.tasks[rows]])
     )
     assert evaluation.feasible.all()
@@ -164,17 +175,17 @@ def usable(
 
 
 @pytest.fixture(scope="session")
-def broken(problem: DesignProblem, usable: Evaluation) -> Evaluation:
+def broken(family_problem: DesignProblem, usable: Evaluation) -> Evaluation:
     """Designs that are not feasible, each for a task of the Family, but not far from it."""
     found = [
-        problem.evaluate(near, usable.tasks)
-        for near in _around(problem, usable.designs, np.random.default_rng(10))
+        family_problem.evaluate(near, usable.tasks)
+        for near in _around(family_problem, usable.designs, np.random.default_rng(10))
     ]
     kept = [~e.feasible & (e.constraints.max(axis=1) < SLIGHTLY) for e in found]
     designs = np.concatenate([e.designs[k] for e, k in zip(found, kept, strict=True)])
     tasks = np.concatenate([usable.tasks[k] for k in kept])
     some = np.random.default_rng(11).permutation(len(designs))[:USABLE]
-    return problem.evaluate(designs[some], tasks[some])
+    return family_problem.evaluate(designs[some], tasks[some])
 
 
 def _around(

@@ -80,7 +80,9 @@ def trained_for(problem: DesignProblem) -> tuple[Designer, Origin]:
     for designer, origin in own:
         if designer.problem.hash() == problem.hash():
             return designer, origin
+    words = problem.declared.family_words
     raise ValueError(
         f"the designer of {problem.name} was trained with other variables, bounds or options: "
-        "leave them as they come, or train one with `pkm-gym train`"
+        f"{f'take those of its Family ({words})' if words else 'leave them as they come'}, or "
+        "train one with `pkm-gym train`"
     )

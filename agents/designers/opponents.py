@@ -13,14 +13,14 @@ from pkm_gym.benchmark.methods import Search, method
 from pkm_gym.benchmark.record import Cost
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import family_problem
 
 ONLY = np.arange(1)
 
 
 def training_cost(name: str) -> Cost:
     """Return what it cost to train the shipped designer of a problem; its time isn't recorded."""
-    return Cost(trained_for(make_problem(name))[1].steps, np.nan)
+    return Cost(trained_for(family_problem(name))[1].steps, np.nan)
 
 
 def files(_name: str) -> list[Path]:

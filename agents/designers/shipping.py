@@ -32,7 +32,12 @@ def take_in(folder: Path) -> Path:
         )
     name = origin.env_id.rpartition("/")[2].rpartition("-v")[0]
     target = ZOO / f"{name}{CONFIG}"
-    write_designer(designer, target, replace(origin, recorded=recorded(designer)), {})
+    write_designer(
+        designer,
+        target,
+        replace(origin, recorded=recorded(designer)),
+        designer.problem.declared.family,
+    )
     return target
 
 

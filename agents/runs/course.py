@@ -25,6 +25,7 @@ from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.envs.vector import DesignVectorEnv
+from pkm_gym.mechanisms import family_problem, lasting
 
 if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
@@ -64,7 +65,8 @@ class DesignCourse:
     def problem_arguments(self) -> dict[str, Any]:
         """The arguments that the problem was made with, beside its name."""
         own = set(inspect.signature(DesignEnv.__init__).parameters)
-        return {name: value for name, value in self.arguments.items() if name not in own}
+        given = {name: value for name, value in self.arguments.items() if name not in own}
+        return self.problem.declared.family_arguments(given) if self.env.opening.family else given
 
     @property
     def goal(self) -> str:
@@ -165,7 +167,7 @@ def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
 def _split(problem: DesignProblem, split: str) -> Path | None:
     """Return the benchmark's file of a split, None where it has none of just this problem."""
     path = split_file(problem, split)
-    plain = problem.hash() == type(problem)().hash()
+    plain = problem.hash() == family_problem(lasting(problem)).hash()
     return path if plain and path.exists() else None
 
 

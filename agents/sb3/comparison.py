@@ -128,6 +128,7 @@ def course_on(problem: DesignProblem) -> DesignCourse:
         "problem": lasting(problem),
         "task": problem.task,
         "objective": [objective.name for objective in problem.objectives],
+        "free": problem.variable_names,
         "fixed": dict(problem.fixed),
         "bounds": {v.name: (v.low, v.high) for v in problem.variables},
         **asdict(problem.options),

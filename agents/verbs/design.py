@@ -90,7 +90,7 @@ def command(
 
     Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
     """
-    problem = problem_from(name, set_)
+    problem = problem_from(name, set_, family=True)
     designer = load_designer(model) if model else designer_for(problem)
     if designer.problem.hash() != problem.hash():
         raise ValueError(f"{model!r} is a designer of another problem than {name} as it is set")
@@ -118,7 +118,7 @@ def answer(designer: Designer, task: Task, budget: int | None = None) -> Answere
 
 def _report(answered: AnsweredTask, task: Task) -> Report:
     """Return the report of the answer, with all indices that the mechanism has."""
-    problem = type(answered.problem)(task=task, **answered.problem.declared.reporting)
+    problem = answered.problem.with_task(task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
     given = GivenDesign(problem, answered.design, task, _outside(task))
     title = f"the answer of a trained designer after {count} evaluations"

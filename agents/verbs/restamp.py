@@ -15,7 +15,7 @@ from pkm_gym.agents.runs.files import CONFIG
 from pkm_gym.benchmark.splits import manifest, sha256, split_file, write_manifest
 from pkm_gym.core.pool import Pool, renewed
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import family_problem
 from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.terminal import console
 
@@ -36,7 +36,7 @@ def command(
     Every stored optimum must still be what the problem evaluates it to, and every designer must
     still design what it did; then the problem's hash and what newer files hold are written into it.
     """
-    problem = make_problem(name)
+    problem = family_problem(name)
     screen = console()
     for path in files or shipped_files(problem):
         changed = renew(path) if path.suffix == CONFIG else renew_pool(path, problem)

@@ -100,7 +100,8 @@ class RecordEvaluations(
         problem, tasks = load_split(name, split, folder)
         if inner.problem.hash() != problem.hash():
             raise ValueError(
-                f"the environment's {problem.name} differs from the benchmark's: make it plain"
+                f"the environment's {problem.name} differs from the benchmark's: make "
+                f"PKM/{problem.declared.environment}Family-v0 as it comes"
             )
         rows_of = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
         episodes: dict[int, list[FloatArray]] = {}

@@ -22,7 +22,7 @@ from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms import called, lasting, make_problem
+from pkm_gym.mechanisms import called, family_problem, lasting
 
 # How far a task of ``ood`` may lie outside the training range, a share of the range's width.
 BEYOND = 0.25
@@ -114,7 +114,7 @@ def split_file(problem: DesignProblem, split: str, folder: Path | None = None) -
 
 
 def load_split(name: str, split: str, folder: Path | None = None) -> tuple[DesignProblem, Pool]:
-    """Return a problem with one of its splits.
+    """Return a problem, that of its Family, with one of its splits.
 
     Args:
         name: of the problem, or "module:Class".
@@ -125,7 +125,7 @@ def load_split(name: str, split: str, folder: Path | None = None) -> tuple[Desig
         ValueError: in one sentence, for an unknown name, or a file that is missing, edited or of
             another version of the problem.
     """
-    problem = make_problem(name)
+    problem = family_problem(name)
     check_split(problem, split)
     path = split_file(problem, split, folder)
     make = f"`pkm-gym splits {called(problem)}{f' -o {folder}' if folder else ''}`"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import isnan, nan
@@ -10,10 +11,13 @@ from typing import Any, Literal
 
 from pkm_gym.core.calibration import PENALTY_WEIGHT, SCALE, WORST, calibration
 from pkm_gym.core.limit import Limit
+from pkm_gym.core.names import check_known
 from pkm_gym.core.options import Options
 from pkm_gym.core.rows import Index, Own, declared
+from pkm_gym.core.space import Space, searched_names
 from pkm_gym.core.task import Task, Variable
 
+SPACE = ("free", "fixed", "bounds")  # the arguments that choose what is searched
 SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
 
 
@@ -73,6 +77,8 @@ class Declaration:
         evaluations: budget of an episode.
         motion: arguments of the environment that drives its twin where they aren't the defaults;
             None for a mechanism without a twin, or one that another problem's drives.
+        family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
+            its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified.
         splits: split -> number of tasks.
         notes: standing warnings that hold for every design.
@@ -96,6 +102,7 @@ class Declaration:
     environment: str = ""
     evaluations: int = 12
     motion: Mapping[str, Any] | None = None
+    family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
@@ -134,6 +141,7 @@ class Declaration:
         for limit in self.constraints:
             if isinstance(limit, Limit):
                 self._check(limit, units)
+        self._check_family()
 
     def _calibrate(self, units: Mapping[str, str]) -> None:
         """Fill in the objectives' units, and from the calibration what isn't declared."""
@@ -180,6 +188,58 @@ class Declaration:
                     f"{self.name}: {limit.name} is relative to its bound, which may be {least:g}"
                 )
 
+    def _check_family(self) -> None:
+        spaces = {name: self.family.get(name) for name in SPACE}
+        options = {name: value for name, value in self.family.items() if name not in SPACE}
+        try:
+            known = (*SPACE, *(item.name for item in self.options.table()))
+            check_known("argument", self.family, known)
+            Space.chosen(self.variables, {}, **spaces)
+            if options:
+                self.options.of(options)
+            kept = json.loads(json.dumps(dict(self.family)))
+        except (TypeError, ValueError) as error:
+            raise TypeError(f"{self.name}: its Family can't be made: {error}") from None
+        object.__setattr__(self, "family", kept)
+
+    def family_arguments(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the arguments of the Family's problem: the declared ones, and over them the given.
+
+        Each variable counts by itself: one that is given fixed is no longer free, one that is freed
+        no longer fixed, and the declared bounds of what isn't searched are left out.
+        """
+        said = self.family
+        if not said:
+            return dict(given)
+        made = {**said, **{name: value for name, value in given.items() if value is not None}}
+        free = made.get("free")
+        chosen = free if free is None or isinstance(free, str) else list(free)
+        freed = searched_names(self.variables, chosen)
+        declared_free = chosen == said.get("free")
+        made["fixed"] = _merged(
+            said.get("fixed", {}),
+            given.get("fixed"),
+            lambda name: declared_free or name not in freed,
+        )
+        searched = freed - made["fixed"].keys()
+        if declared_free and free is not None:
+            made["free"] = [v.name for v in self.variables if v.name in searched]
+        made["bounds"] = _merged(said.get("bounds", {}), given.get("bounds"), searched.__contains__)
+        return made
+
+    @property
+    def family_words(self) -> str:
+        """What the Family's problem differs in from the default one, "" if in nothing."""
+        units = {variable.name: variable.unit for variable in self.variables}
+        free = self.family.get("free", ())
+        names = [free] if isinstance(free, str) else free
+        words = [f"free {', '.join(names)}"] if names else []
+        for name, (low, high) in self.family.get("bounds", {}).items():
+            words.append(f"{name} from {low:.4g} to {high:.4g} {units[name]}".rstrip())
+        values = {k: x for k, x in self.family.items() if k not in SPACE}
+        values |= self.family.get("fixed", {})
+        return "; ".join([*words, *(f"{name} = {value}" for name, value in values.items())])
+
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """All variables, searched or not."""
@@ -214,6 +274,16 @@ class Declaration:
         """Return which bound a task field is, "lower" or "upper", or "" for none."""
         sides = [c.side for c in self.constraints if isinstance(c, Limit) and c.bound == field]
         return sides[0] if sides else ""
+
+
+def _merged(
+    said: Mapping[str, Any], given: Mapping[str, Any] | None, stands: Callable[[str], bool]
+) -> dict[str, Any]:
+    """Return what is given over what is said, of which only what still stands is kept."""
+    values = {name: list(x) if isinstance(x, tuple) else x for name, x in (given or {}).items()}
+    return {
+        name: x for name, x in {**said, **values}.items() if stands(name) or x != said.get(name)
+    }
 
 
 def environment_name(name: str) -> str:

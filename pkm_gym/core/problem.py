@@ -329,15 +329,15 @@ class DesignProblem(ABC):
         """Return the task of a row (m,)."""
         return self.task_type.unpack(row)
 
-    def with_task(self, task: TaskLike) -> Self:
-        """Return the same problem with another task."""
+    def with_task(self, task: TaskLike, **options: Any) -> Self:
+        """Return the same problem with another task, and other options if any are given."""
         return type(self)(
             task=self._task(task),
             objective=[objective.name for objective in self.objectives],
             free=self.variable_names,
             fixed=self.fixed,
             bounds={v.name: (v.low, v.high) for v in self.variables},
-            **asdict(self.options),
+            **{**asdict(self.options), **options},
         )
 
     def objective_for(self, task: TaskLike = None) -> TrialObjective:

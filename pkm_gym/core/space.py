@@ -52,7 +52,7 @@ class Space:
         names = [variable.name for variable in every]
         values = {name: _number(f"fixed {name}", value) for name, value in (fixed or {}).items()}
         check_known("variable", values, names)
-        searched = _searched(every, free)
+        searched = searched_names(every, free)
         for name in names:
             if free is not None and name in searched and name in values:
                 raise ValueError(f"{name} is both free and fixed: choose one")
@@ -129,7 +129,12 @@ def defaults(
     return np.array([values[v.name] for v in every])
 
 
-def _searched(every: Sequence[Variable], free: Iterable[str] | None) -> set[str]:
+def searched_names(every: Sequence[Variable], free: Iterable[str] | None) -> set[str]:
+    """Return the names that ``free`` frees: the usual ones if None.
+
+    Raises:
+        ValueError: for an unknown one, with its closest match.
+    """
     if free is None:
         return {variable.name for variable in every if variable.searched}
     names = [variable.name for variable in every]

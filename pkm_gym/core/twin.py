@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
@@ -32,27 +32,36 @@ LIGHTS = (((-0.5, -0.8, 1.9), 0.42, True), ((1.6, -0.9, 0.9), 0.2, False))  # to
 BANDWIDTH = 150.0  # rad/s, of the servos
 FIELD_OF_VIEW = 24.0  # deg, of the camera
 ALUMINIUM, STEEL = 2700.0, 7850.0  # kg/m^3
+INTEGRATORS = {
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+}
 
 
 @dataclass(frozen=True)
 class Solver:
-    """Time step and how hard the loops are closed; MuJoCo's defaults leave millimetres of error.
+    """How MuJoCo simulates a twin; its defaults leave millimetres of error in the loops.
 
     Attributes:
         timestep: s.
         solref: time constant (s) and damping ratio of the loops.
         solimp: impedance of the loops.
+        integrator: of MuJoCo.
+        gravity: whether the twin has weight, where it is checked and where it is driven.
     """
 
     timestep: float
     solref: tuple[float, float]
     solimp: tuple[float, float, float, float, float] = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+    integrator: Literal["implicitfast", "Euler"] = "implicitfast"
+    gravity: bool = True
 
     def __str__(self) -> str:
         """Return the settings as the table of the check shows them."""
         return (
-            f"timestep {self.timestep:g} s, implicitfast, Newton 1e-14, "
+            f"timestep {self.timestep:g} s, {self.integrator}, Newton 1e-14, "
             f"solref {self.solref[0]:g} {self.solref[1]:g}, solimp {self.solimp[0]:g}"
+            f"{'' if self.gravity else ', no gravity'}"
         )
 
 
@@ -136,7 +145,9 @@ def new_spec(name: str, solver: Solver) -> mujoco.MjSpec:
     spec.compiler.degree = False
     option = spec.option
     option.timestep = solver.timestep
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.integrator = INTEGRATORS[solver.integrator]
+    if not solver.gravity:
+        option.gravity = [0.0, 0.0, 0.0]
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-14
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT

@@ -20,7 +20,7 @@ from pkm_gym.envs.opening import Opening
 from pkm_gym.envs.rendering import Frame, Painter, Window
 from pkm_gym.envs.rules import Rules
 from pkm_gym.envs.session import Session
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import family_problem, make_problem
 
 Observation = npt.NDArray[np.float32]
 ONLY = np.arange(1)
@@ -52,7 +52,8 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Observation Space
     ``Box(-1, 1, (m + 2 d + 3 c + 6,), float32)`` for ``m`` numbers of a task and ``c`` constraints.
-    ``observation_layout`` holds the slice of each part. Fixed and Family ids share it.
+    ``observation_layout`` holds the slice of each part. Fixed and Family ids share it, unless the
+    Family frees other variables.
 
     | part | size | content |
     |---|---|---|
@@ -134,7 +135,9 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
         Args:
             problem: name of the problem, such as "diamond".
-            family: draw a new task for each episode; otherwise it is the problem's.
+            family: draw a new task for each episode; otherwise it is the problem's. The problem is
+                then made with what its declaration says of the Family, see
+                ``pkm_gym.mechanisms.family_problem``.
             budget: steps, and so evaluations, of an episode; 12 unless the problem declares more.
             step_first: size of the first step, a share of the range.
             step_decay: ratio of the next step to this one.
@@ -156,7 +159,8 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         """
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
-        self.problem = make_problem(problem, **arguments)
+        made = family_problem if family else make_problem
+        self.problem = made(problem, **arguments)
         self.rules = Rules(
             self.problem.declared.evaluations if budget is None else budget,
             step_first,

@@ -17,12 +17,13 @@ MOTION = "pkm_gym.envs.motion:MotionEnv"
 def register_environments() -> None:
     """Register the ids of our own problems and of those that are installed, once.
 
-    Of an installed one only its entry point's name is read: the ids are made from that.
+    Of an installed one only its entry point's name is read: the ids are made from that, and its
+    environments look up what else is declared when they are made.
     """
     for declaration in own_declarations():
         register_problem(declaration.name, declaration)
     for _, where, environment in installed_environments():
-        _register_ids(environment, where, {})
+        _register_ids(environment, where, {}, {})
 
 
 def register_problem(where: str, declaration: Declaration) -> None:
@@ -32,7 +33,7 @@ def register_problem(where: str, declaration: Declaration) -> None:
         where: what the environments make it from: its name, or "module:Class".
         declaration: what is declared of it.
     """
-    _register_ids(declaration.environment, where, declaration.motion)
+    _register_ids(declaration.environment, where, declaration.motion, declaration.family)
 
 
 def environment_ids(declaration: Declaration) -> tuple[str, ...]:
@@ -42,13 +43,15 @@ def environment_ids(declaration: Declaration) -> tuple[str, ...]:
     return tuple(env_id for env_id in ids if env_id in registry)
 
 
-def _register_ids(environment: str, where: str, motion: Mapping[str, Any] | None) -> None:
-    for kind, family in (("", False), ("Family", True)):
+def _register_ids(
+    environment: str, where: str, motion: Mapping[str, Any] | None, family: Mapping[str, Any]
+) -> None:
+    for kind, arguments in (("", {"family": False}), ("Family", {"family": True, **family})):
         _register(
             f"PKM/{environment}{kind}-v0",
             entry_point=DESIGN,
             vector_entry_point=VECTOR,
-            kwargs={"problem": where, "family": family},
+            kwargs={"problem": where, **arguments},
         )
     if motion is not None:
         kwargs = {"problem": where, **motion}

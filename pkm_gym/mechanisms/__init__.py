@@ -167,6 +167,18 @@ def make_problem(name: str, **arguments: Any) -> DesignProblem:
     return problem_type(name)(**arguments)
 
 
+def family_problem(name: str, **arguments: Any) -> DesignProblem:
+    """Make the design problem of a Family, which splits, pools and designers are of.
+
+    It is ``make_problem``'s with the arguments that the declaration's ``family`` gives; what is
+    given here goes before them.
+
+    Raises:
+        ValueError: as ``make_problem``.
+    """
+    return make_problem(name, **declaration(name).family_arguments(arguments))
+
+
 def address(problem: type[DesignProblem]) -> str:
     """Return "module:Class" of a problem."""
     return f"{problem.__module__}:{problem.__qualname__}"

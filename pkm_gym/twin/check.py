@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
@@ -69,9 +70,10 @@ def check(mechanism: Mechanism, poses: FloatArray | None = None) -> tuple[Row, .
 
     Returns:
         A row a quantity: closure of the loops at the analytic poses; the platform that servos hold
-        against gravity, against forward kinematics of the joints measured there; Jacobian by
-        virtual work; joint rates along the paper's path; and, where the mechanism has dynamics, the
-        drives' torques on it.
+        against gravity, against forward kinematics of the joints measured there (where the twin's
+        solver is without gravity, what gravity adds is only reported); Jacobian by virtual work;
+        joint rates along the paper's path; and, where the mechanism has dynamics, the drives'
+        torques on it.
 
     Raises:
         ValueError: for a mechanism without a twin, or a pose out of reach.
@@ -152,6 +154,20 @@ def _geometry(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
 
 
 def _settled(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
+    off = _settled_off(twin, poses)
+    yield Errors("settled position", np.linalg.norm(off[..., 3], axis=1), poses, 1e-6, "m")
+    if len(twin.mechanism.pose_names) > 2:  # the platform turns
+        turned = np.abs(off[..., :3]).max(axis=(1, 2))
+        yield Errors("settled axes", turned, poses, 1e-6)
+    if not twin.module.SOLVER.gravity:
+        heavy = Twin(twin.mechanism, twin.home)
+        heavy.model.opt.gravity[:] = mujoco.MjOption().gravity
+        sagged = np.linalg.norm(_settled_off(heavy, poses)[..., 3], axis=1)
+        yield Errors("settled position with gravity", sagged, poses, None, "m")
+
+
+def _settled_off(twin: Twin, poses: FloatArray) -> FloatArray:
+    """Return how far frames (n, 3, 4) are off where servos hold the twin at poses (n, k)."""
     off = np.full((len(poses), 3, 4), inf)
     for k, joints in enumerate(twin.mechanism.inverse_kinematics(poses)):
         try:
@@ -160,10 +176,7 @@ def _settled(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
             continue
         pose = twin.mechanism.forward_kinematics(settled.joints[None], poses[k])
         off[k] = twin.module.frames(twin.mechanism, pose)[0] - settled.frame
-    yield Errors("settled position", np.linalg.norm(off[..., 3], axis=1), poses, 1e-6, "m")
-    if len(twin.mechanism.pose_names) > 2:  # the platform turns
-        turned = np.abs(off[..., :3]).max(axis=(1, 2))
-        yield Errors("settled axes", turned, poses, 1e-6)
+    return off
 
 
 def _rates(twin: Twin, course: Course) -> Errors:

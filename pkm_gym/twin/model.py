@@ -143,7 +143,7 @@ class Twin:
         return self._followed().T @ (self.data.qfrc_bias - self.data.qfrc_passive)
 
     def settle(self, joints: FloatArray) -> Settled:
-        """Let the servos take the twin from home to joints (k,), against gravity, until it rests.
+        """Let the servos take the twin from home to joints (k,) until it rests there.
 
         Raises:
             RuntimeError: where it does not come to rest.

@@ -15,7 +15,7 @@ from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
 from pkm_gym.benchmark.run import Rows, run, splits_folder
 from pkm_gym.benchmark.splits import count_tasks, split_file
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import family_problem
 from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import counter
 
@@ -36,7 +36,7 @@ def planned(setting: Setting, tasks: int, folder: Path) -> Plan:
     most = find_method(setting.method).tasks
     rows = np.arange(tasks if most is None else min(tasks, most))
     words = [setting.method.replace(":", "."), f"{setting.budget}"]
-    trained = split_file(make_problem(setting.problem), "train", splits_folder(setting))
+    trained = split_file(family_problem(setting.problem), "train", splits_folder(setting))
     words += [f"pool{setting.pool}"] if 0 < setting.pool < count_tasks(trained) else []
     words += [f"noise{setting.noise:g}"] if setting.noise else []
     words += [f"delay{setting.delay:g}"] if setting.delay else []

@@ -48,6 +48,8 @@ def problem_from(
     range_: Texts = None,
     objective: Sequence[str] | None = None,
     free: Sequence[str] | None = None,
+    *,
+    family: bool = False,
     **options: Any,
 ) -> DesignProblem:
     """Make the problem of a verb's arguments.
@@ -59,6 +61,7 @@ def problem_from(
         range_: ``VARIABLE=LOW:HIGH``.
         objective: names of objectives, the default one if empty.
         free: names of the variables that are searched, or "all"; the usual ones if empty.
+        family: whether it is the Family's problem, as ``family_problem`` makes it.
         options: options of the mechanism that ``set_`` overrides.
 
     Raises:
@@ -72,7 +75,8 @@ def problem_from(
             f"--set {key}={text} is part of a design, and this verb takes none: keep a variable at "
             "a value with --fix"
         )
-    return _problem(kind, settings, fix, range_, objective, free, options)
+    arguments = _arguments(kind, settings, fix, range_, objective, free, options)
+    return kind(**(kind.declared.family_arguments(arguments) if family else arguments))
 
 
 def design_from(
@@ -96,7 +100,7 @@ def design_from(
     settings = _settings(kind, set_)
     held = {v.name for v in kind.all_variables if not (v.searched or free)}
     fix = [*(fix or ()), *(f"{k}={x}" for k, x in settings.design.items() if k in held)]
-    problem = _problem(kind, settings, fix, range_, objective, free, options)
+    problem = kind(**_arguments(kind, settings, fix, range_, objective, free, options))
     units = {variable.name: variable.unit for variable in problem.all_variables}
     derived = problem.derived(problem.printed_design())
     units |= {key: derived[key].unit for key in problem.declared.dimensions}
@@ -145,7 +149,7 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     return settings
 
 
-def _problem(
+def _arguments(
     kind: type[DesignProblem],
     settings: _Settings,
     fix: Texts,
@@ -153,20 +157,22 @@ def _problem(
     objective: Sequence[str] | None,
     free: Sequence[str] | None,
     options: Mapping[str, Any],
-) -> DesignProblem:
+) -> dict[str, Any]:
+    """Return the arguments of the problem."""
     units = {variable.name: variable.unit for variable in kind.all_variables}
     fixed, ranges = _assignments("--fix", fix), _assignments("--range", range_)
     check_known("variable", (*fixed, *ranges), units)
     for key in fixed.keys() & ranges.keys():
         raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
-    return kind(
-        task=settings.task,
-        objective=objective or None,
-        free=free or None,
-        fixed={key: parse(text, units[key], what=key) for key, text in fixed.items()},
-        bounds={key: _interval(key, text, units[key]) for key, text in ranges.items()},
-        **{**options, **settings.options},
-    )
+    return {
+        "task": settings.task,
+        "objective": objective or None,
+        "free": free or None,
+        "fixed": {key: parse(text, units[key], what=key) for key, text in fixed.items()},
+        "bounds": {key: _interval(key, text, units[key]) for key, text in ranges.items()},
+        **options,
+        **settings.options,
+    }
 
 
 def _assignments(flag: str, texts: Texts) -> dict[str, str]:

@@ -11,7 +11,7 @@ from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.envs.motion_view import motion_layout
 from pkm_gym.envs.observation import observation_layout
-from pkm_gym.mechanisms import problem_type
+from pkm_gym.mechanisms import address, family_problem, problem_type
 
 END = "<!-- end -->"
 
@@ -99,6 +99,12 @@ def _lines(problem: DesignProblem) -> Iterator[str]:
     yield from _table(
         "The observation of a design session:\n", ("part", "slice", "content"), _layout(problem)
     )
+    if said.family:
+        yield from _table(
+            "And of a Family's session:\n",
+            ("part", "slice", "content"),
+            _layout(_of_family(problem)),
+        )
     if said.motion is not None:
         machine = problem.mechanism(problem.printed_design())
         parts = motion_layout(problem, machine).items()
@@ -108,12 +114,18 @@ def _lines(problem: DesignProblem) -> Iterator[str]:
         )  # fmt: skip
 
 
+def _of_family(problem: DesignProblem) -> DesignProblem:
+    return family_problem(address(type(problem)))
+
+
 def _environments(problem: DesignProblem) -> Iterator[Sequence[str]]:
     said = problem.declared
     session = f"a design session of {said.evaluations} evaluations on"
     yield f"`PKM/{said.environment}-v0`", f"{session} the default task"
     drawn = ", ".join(f"`{v.name}`" for v in problem.task_variables if v.drawn)
-    yield f"`PKM/{said.environment}Family-v0`", f"{session} a new task: {drawn} are drawn"
+    designs = f"; designs: {said.family_words}" if said.family else ""
+    family = f"{session} a new task: {drawn} are drawn{designs}"
+    yield f"`PKM/{said.environment}Family-v0`", family
     if said.motion is not None:
         faster = "".join(f", {key} {value:g}" for key, value in said.motion.items())
         run = f"a run along the path, the motors of the twin driven by the agent{faster}"
@@ -192,10 +204,14 @@ def _violation(problem: DesignProblem, limit: Limit) -> str:
 
 
 def _spaces(problem: DesignProblem) -> Iterator[Sequence[str]]:
-    names = ", ".join(f"`{name}`" for name in problem.variable_names)
-    size = max(part.stop for part in observation_layout(problem).values())
-    yield "action of a session", _box(len(problem.variables)), names
-    yield "observation of a session", _box(size), "as below"
+    sessions = [("session", problem)]
+    if problem.declared.family:
+        sessions.append(("Family's session", _of_family(problem)))
+    for session, one in sessions:
+        names = ", ".join(f"`{name}`" for name in one.variable_names)
+        size = max(part.stop for part in observation_layout(one).values())
+        yield f"action of a {session}", _box(len(one.variables)), names
+        yield f"observation of a {session}", _box(size), "as below"
     if problem.declared.motion is not None:
         machine = problem.mechanism(problem.printed_design())
         size = max(part.stop for part in motion_layout(problem, machine).values())

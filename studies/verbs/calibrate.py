@@ -15,7 +15,7 @@ from rich.progress import Progress, TaskID
 from pkm_gym.core.calibration import FILE
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import problem_type
+from pkm_gym.mechanisms import family_problem, problem_type
 from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
@@ -55,7 +55,7 @@ def command(
     calibrations = []
     with counter(screen, "tasks") as bar:
         for objective in kind.declared.objectives:
-            problem = kind(objective=objective.name)
+            problem = family_problem(name, objective=objective.name)
             line = bar.add_task(objective.name, total=number)
             calibrations.append(
                 calibrate(

@@ -54,6 +54,8 @@ def _show_one(screen: Console, problem: DesignProblem) -> None:
     if problem.reference:
         screen.print(problem.reference.citation, style=FAINT)
     screen.print(f"environments: {', '.join(environment_ids(problem.declared)) or 'none'}")
+    if problem.declared.family_words:
+        screen.print(f"designs of its Family: {problem.declared.family_words}")
     for note in problem.notes:
         screen.print(note)
     for title, rows in (

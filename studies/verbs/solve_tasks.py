@@ -48,7 +48,7 @@ def command(
     What is drawn depends on the seed alone. Stopped by Ctrl-C, the same command goes on where it
     was.
     """
-    problem = problem_from(name, set_, fix, range_, objective, free)
+    problem = problem_from(name, set_, fix, range_, objective, free, family=True)
     output = output or run_folder(problem.name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")

@@ -21,7 +21,7 @@ from pkm_gym.benchmark.splits import (
 from pkm_gym.core.declaration import SPLITS
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import called, make_problem
+from pkm_gym.mechanisms import called, family_problem
 from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import BAD, console, section
 from pkm_gym.studies.search.solving import Job, solve
@@ -49,7 +49,7 @@ def command(
     What is drawn depends on the problem's version alone. An optimum on which searches disagree is
     kept as the best known. Stopped by Ctrl-C, the same command goes on where it was.
     """
-    problem = make_problem(name)
+    problem = family_problem(name)
     chosen = split or list(problem.declared.splits)
     for one in chosen:
         check_split(problem, one)

@@ -25,7 +25,7 @@ def test_what_is_shipped_is_what_is_drawn_bit_for_bit(shipped, split):
     drawn = draw(problem, split)
     np.testing.assert_array_equal(pool.tasks, drawn.tasks)
     np.testing.assert_array_equal(pool.starts, drawn.starts)
-    assert len(pool) == SPLITS[split]
+    assert len(pool) == problem.declared.splits[split]
     assert pool.command == f"pkm-gym splits {problem.name} --split {split}"
 
 
@@ -33,7 +33,7 @@ def test_no_task_is_in_two_splits(shipped):
     problem, _ = shipped
     rows = [load_split(problem.name, split)[1].tasks for split in SPLITS]
     tasks = np.concatenate(rows)
-    assert len(np.unique(tasks, axis=0)) == len(tasks) == sum(SPLITS.values())
+    assert len(np.unique(tasks, axis=0)) == len(tasks) == sum(problem.declared.splits.values())
 
 
 @pytest.mark.parametrize("split", SPLITS)

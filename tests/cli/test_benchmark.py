@@ -10,7 +10,7 @@ import pytest
 
 from pkm_gym.benchmark import SPLITS, EvaluationLog, load_split
 from pkm_gym.core.pool import Pool
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import family_problem
 
 QUICK = ("--split", "val", "--tasks", 3, "--evaluations", 14, "--jobs", 1)
 FOLDER = Path("runs/diamond/benchmark/val")
@@ -115,7 +115,7 @@ def test_score_refuses_what_is_no_log(run, tmp_path):
 def test_the_command_makes_the_shipped_split_again(run, tmp_path, name):
     result = run("splits", name, "--split", "val", "-o", tmp_path)
     assert result.exit_code == 0, result.output
-    problem = make_problem(name)
+    problem = family_problem(name)
     made, shipped = Pool.load(tmp_path / f"{name}_val.npz", problem), load_split(name, "val")[1]
     np.testing.assert_array_equal(made.tasks, shipped.tasks)
     np.testing.assert_array_equal(made.solvable, shipped.solvable)

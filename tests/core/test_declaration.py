@@ -55,6 +55,22 @@ FIRST = ("dimensions", "reach")
             {"constraints": (*FIRST, Limit("slope", "upper", "slope_max", scale="relative"))},
             "slope is relative to its bound, which may be 0",
         ),
+        (
+            {"family": {"fre": ("arm",)}},
+            "its Family .* unknown argument 'fre'; did you mean 'free'",
+        ),
+        ({"family": {"task": {"way": 1.0}}}, "its Family can't be made: unknown argument 'task'"),
+        (
+            {"family": {"free": ("arn",)}},
+            "its Family .* unknown variable 'arn'; did you mean 'arm'",
+        ),
+        ({"family": {"bounds": {"gap": (0.1, 0.2)}}}, "its Family .* unknown variable 'gap'"),
+        (
+            {"family": {"bounds": {"arm": (2.0, 1.0)}}},
+            "its Family .* the low one must be the small",
+        ),
+        ({"family": {"free": ("arm",), "fixed": {"arm": 1.0}}}, "arm is both free and fixed"),
+        ({"family": {"samples": "many"}}, "its Family can't be made: samples is 'many'"),
     ],
 )
 def test_what_contradicts_itself_is_refused(
@@ -80,6 +96,23 @@ def test_what_is_not_said_follows(said: dict[str, Any]) -> None:
     most = Declaration(**{**said, "objectives": (Objective("size", "maximise"),)})
     assert most.objectives[0].worst == -WORST
     assert most.objectives[0].sign == -1.0
+
+
+def test_a_family_is_kept_as_json_and_given_arguments_go_before_it(said: dict[str, Any]) -> None:
+    family = {"free": ("arm", "gap"), "bounds": {"gap": (np.float64(0.05), 0.2)}, "samples": 7}
+    made = Declaration(**said, family=family)
+    kept = {"free": ["arm", "gap"], "bounds": {"gap": [0.05, 0.2]}, "samples": 7}
+    assert made.family == kept
+    assert made.family_words == "free arm, gap; gap from 0.05 to 0.2 m; samples = 7"
+    assert made.family_arguments({}) == {**kept, "fixed": {}}
+    assert made.family_arguments({"samples": 9, "free": None})["samples"] == 9
+    # an environment is given what its id declares, and what its user says
+    again = made.family_arguments({**kept, "fixed": {"gap": 0.1}})
+    assert again == {"free": ["arm"], "bounds": {}, "samples": 7, "fixed": {"gap": 0.1}}
+    freed = made.family_arguments({**kept, "free": ("arm", "rod"), "bounds": {"arm": (0.2, 0.4)}})
+    assert freed["bounds"] == {"arm": [0.2, 0.4]}
+    fixed = Declaration(**said, family={"fixed": {"gap": 0.1}})
+    assert fixed.family_arguments({"free": ("gap",)})["fixed"] == {}
 
 
 @pytest.mark.parametrize(

@@ -104,10 +104,10 @@ def test_what_is_out_of_reach_is_undefined_and_its_constraints_say_by_how_much(
 
 
 def test_dimensionless_indices_keep_their_value_in_another_size(
-    problem: DesignProblem, usable: Evaluation, broken: Evaluation
+    family_problem: DesignProblem, usable: Evaluation, broken: Evaluation
 ) -> None:
-    whole = type(problem)(free="all")
-    designs = problem.complete(np.concatenate([usable.designs, broken.designs]))
+    whole = type(family_problem)(free="all")
+    designs = family_problem.complete(np.concatenate([usable.designs, broken.designs]))
     tasks = np.concatenate([usable.tasks, broken.tasks])
     sizes = [
         np.array([1.1 if item.unit == "m" else 1.0 for item in items])
@@ -126,11 +126,11 @@ def test_dimensionless_indices_keep_their_value_in_another_size(
 
 
 def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
-    problem: DesignProblem, usable: Evaluation
+    family_problem: DesignProblem, usable: Evaluation
 ) -> None:
     for i in range(20):
-        machine = problem.mechanism(usable.designs[i], usable.task(i))
-        maps = problem.drawn_maps(machine, machine.workspace_grid(201, 81))
+        machine = family_problem.mechanism(usable.designs[i], usable.task(i))
+        maps = family_problem.drawn_maps(machine, machine.workspace_grid(201, 81))
         for name, index in maps.items():
             value, low, high = usable.indices[name][i], index.values.min(), index.values.max()
             if index.kind == "mean":
@@ -140,22 +140,22 @@ def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
 
 
 def test_local_violations_say_where_a_constraint_is_broken(
-    problem: DesignProblem, broken: Evaluation
+    family_problem: DesignProblem, broken: Evaluation
 ) -> None:
     for i in np.flatnonzero(broken.unreached == 0.0)[:20]:
         task = broken.task(i)
-        machine = problem.mechanism(broken.designs[i], task)
+        machine = family_problem.mechanism(broken.designs[i], task)
         poses = machine.workspace_grid(201, 81)
-        maps = problem.index_maps(machine, poses)
+        maps = family_problem.index_maps(machine, poses)
         drawn = {
             limit.name
-            for limit in problem.declared.constraints
+            for limit in family_problem.declared.constraints
             if isinstance(limit, Limit) and limit.quantity in maps and maps[limit.quantity].drawn
         }
-        local = problem.local_violations(machine, poses, task)
+        local = family_problem.local_violations(machine, poses, task)
         assert drawn <= set(local)
         for name, values in local.items():
-            constraint = broken.constraints[i, problem.constraint_names.index(name)]
+            constraint = broken.constraints[i, family_problem.constraint_names.index(name)]
             if name in drawn:
                 assert constraint == pytest.approx(values.max(), abs=3e-3), name
             else:

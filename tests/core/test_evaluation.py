@@ -142,38 +142,40 @@ def test_feasible_means_every_constraint_holds(usable: Evaluation, broken: Evalu
 
 
 def test_the_best_is_the_best_feasible_design(
-    problem: DesignProblem, usable: Evaluation, broken: Evaluation
+    family_problem: DesignProblem, usable: Evaluation, broken: Evaluation
 ) -> None:
     designs = np.concatenate([usable.designs, broken.designs])
-    evaluation = problem.evaluate(designs, usable.tasks[:1])
+    evaluation = family_problem.evaluate(designs, usable.tasks[:1])
     assert evaluation.feasible[0]
     values = evaluation.objectives[:, 0]
-    sign = 1.0 if problem.directions[0] == "minimize" else -1.0
+    sign = 1.0 if family_problem.directions[0] == "minimize" else -1.0
     order = sorted(np.flatnonzero(evaluation.feasible), key=lambda i: sign * values[i])
     assert evaluation.best() == order[0]
     assert list(evaluation.ranking()[: len(order)]) == order
-    infeasible = problem.evaluate(designs[~evaluation.feasible], usable.tasks[:1])
+    infeasible = family_problem.evaluate(designs[~evaluation.feasible], usable.tasks[:1])
     assert infeasible.best() == np.argmin(infeasible.log_merit)
 
 
-def test_the_task_of_a_design(problem: DesignProblem, family: Solutions) -> None:
-    evaluation = problem.evaluate(family.designs, family.tasks)
+def test_the_task_of_a_design(family_problem: DesignProblem, family: Solutions) -> None:
+    evaluation = family_problem.evaluate(family.designs, family.tasks)
     np.testing.assert_array_equal(evaluation.task(5).pack(), family.tasks[5])
-    assert problem.evaluate(family.designs).task(5) == problem.task
+    assert family_problem.evaluate(family.designs).task(5) == family_problem.task
 
 
 # Words --------------------------------------------------------------------------------------------
 
 
 def test_explain_has_a_line_for_each_broken_limit_that_is_defined(
-    problem: DesignProblem, spread: Any, broken: Evaluation, rng: np.random.Generator
+    family_problem: DesignProblem, spread: Any, broken: Evaluation, rng: np.random.Generator
 ) -> None:
-    drawn = spread(problem, rng, 60)
+    drawn = spread(family_problem, rng, 60)
     both = zip(drawn, (broken.designs[:40], broken.tasks[:40]), strict=True)
-    evaluation = problem.evaluate(*map(np.concatenate, both))
-    own = {limit for limit in problem.declared.constraints if isinstance(limit, str)}
+    evaluation = family_problem.evaluate(*map(np.concatenate, both))
+    own = {limit for limit in family_problem.declared.constraints if isinstance(limit, str)}
     for i, row in enumerate(evaluation.constraints):
-        broken = {n for n, value in zip(problem.constraint_names, row, strict=True) if value > 0.0}
+        broken = {
+            n for n, value in zip(family_problem.constraint_names, row, strict=True) if value > 0.0
+        }
         words = evaluation.explain(i)
         if not broken:
             assert words == "feasible: every limit holds"

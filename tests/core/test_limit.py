@@ -148,12 +148,14 @@ def test_limits_are_packed_by_name() -> None:
     assert table["relative"].tolist() == [0, 0, 1]
 
 
-def test_judge_and_pictures_agree_on_every_limit(problem: Any, usable: Any, broken: Any) -> None:
+def test_judge_and_pictures_agree_on_every_limit(
+    family_problem: Any, usable: Any, broken: Any
+) -> None:
     for evaluation in (usable, broken):
-        for j, limit in enumerate(problem.declared.constraints):
+        for j, limit in enumerate(family_problem.declared.constraints):
             if isinstance(limit, str):
                 continue
-            values, unit = evaluation.quantity(limit.quantity), problem.unit(limit.quantity)
+            values, unit = evaluation.quantity(limit.quantity), family_problem.unit(limit.quantity)
             for i in np.flatnonzero(evaluation.defined[:, j])[:10]:
                 expected = limit.violation(values[i : i + 1], evaluation.task(i), unit)[0] - 1e-6
                 assert evaluation.constraints[i, j] == pytest.approx(expected, rel=0, abs=1e-13)

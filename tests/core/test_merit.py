@@ -93,15 +93,17 @@ def test_the_answer_is_the_best_feasible_design_else_the_lowest_merit() -> None:
 
 
 def test_log_merit_of_designs_is_the_formula_up_to_the_tasks_scale(
-    problem: DesignProblem, usable: Evaluation, broken: Evaluation, rng: np.random.Generator
+    family_problem: DesignProblem, usable: Evaluation, broken: Evaluation, rng: np.random.Generator
 ) -> None:
-    drawn = problem.low + (problem.high - problem.low) * rng.random((500, len(problem.low)))
-    evaluation = problem.evaluate(np.concatenate([usable.designs, broken.designs, drawn]))
+    drawn = family_problem.low + (family_problem.high - family_problem.low) * rng.random(
+        (500, len(family_problem.low))
+    )
+    evaluation = family_problem.evaluate(np.concatenate([usable.designs, broken.designs, drawn]))
     below = evaluation.log_merit < merit.CAP
     penalty = np.maximum(evaluation.constraints, 0.0).sum(axis=1)
-    sign = 1.0 if problem.directions[0] == "minimize" else -1.0
-    rest = evaluation.log_merit - problem.declared.penalty_weight * penalty
-    rest -= sign * np.log(evaluation.objectives[:, 0] + problem.objectives[0].offset)
+    sign = 1.0 if family_problem.directions[0] == "minimize" else -1.0
+    rest = evaluation.log_merit - family_problem.declared.penalty_weight * penalty
+    rest -= sign * np.log(evaluation.objectives[:, 0] + family_problem.objectives[0].offset)
     assert below.sum() > 20
     np.testing.assert_allclose(rest[below], rest[below][0], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(evaluation.merit, np.exp(evaluation.log_merit), rtol=1e-15)
@@ -133,35 +135,35 @@ def test_merit_is_near_one_at_the_optima_of_the_family(family: Solutions) -> Non
     assert ((merits >= 0.5) & (merits <= 2.0)).mean() >= 0.95
 
 
-def lower(problem: DesignProblem, family: Solutions, offsets: np.ndarray) -> np.ndarray:
+def lower(family_problem: DesignProblem, family: Solutions, offsets: np.ndarray) -> np.ndarray:
     """By how much designs (tasks, k, d) away from the optima undercut their log merit: (tasks,)."""
     n, k, d = offsets.shape
-    designs = np.clip(family.designs[:, None] + offsets, problem.low, problem.high)
+    designs = np.clip(family.designs[:, None] + offsets, family_problem.low, family_problem.high)
     tasks = np.repeat(family.tasks, k, axis=0)
-    log_merit = problem.evaluate(designs.reshape(-1, d), tasks).log_merit.reshape(n, k)
+    log_merit = family_problem.evaluate(designs.reshape(-1, d), tasks).log_merit.reshape(n, k)
     undercut: np.ndarray = family.log_merit - log_merit.min(axis=1)
     return undercut[family.solvable]
 
 
 @pytest.mark.parametrize("size", 10.0 ** np.arange(-6, 0))
 def test_no_neighbour_of_a_constrained_optimum_has_a_lower_merit(
-    problem: DesignProblem, family: Solutions, rng: np.random.Generator, size: float
+    family_problem: DesignProblem, family: Solutions, rng: np.random.Generator, size: float
 ) -> None:
-    shape = (len(family.designs), PERTURBATIONS, len(problem.low))
-    offsets = size * (problem.high - problem.low) * rng.normal(size=shape)
-    assert lower(problem, family, offsets).max() <= 1e-9
+    shape = (len(family.designs), PERTURBATIONS, len(family_problem.low))
+    offsets = size * (family_problem.high - family_problem.low) * rng.normal(size=shape)
+    assert lower(family_problem, family, offsets).max() <= 1e-9
 
 
 @pytest.mark.parametrize("size", 10.0 ** np.arange(-6, 0))
 def test_breaking_an_active_limit_never_pays(
-    problem: DesignProblem, family: Solutions, size: float
+    family_problem: DesignProblem, family: Solutions, size: float
 ) -> None:
-    span = problem.high - problem.low
+    span = family_problem.high - family_problem.low
     step = 1e-7
     slopes = []
     for d in np.diag(span):
         ahead, behind = (
-            problem.evaluate(family.designs + sign * step * d, family.tasks).constraints
+            family_problem.evaluate(family.designs + sign * step * d, family.tasks).constraints
             for sign in (1.0, -1.0)
         )
         slopes.append((ahead - behind) / (2.0 * step))
@@ -173,4 +175,4 @@ def test_breaking_an_active_limit_never_pays(
     tangent = coordinate - np.einsum("nci,ncj->nij", outward[:, -1:], outward[:, -1:])
     directions = np.concatenate([outward, coordinate, tangent], axis=1)
     for sign in (1.0, -1.0):
-        assert lower(problem, family, sign * size * span * directions).max() <= 1e-9
+        assert lower(family_problem, family, sign * size * span * directions).max() <= 1e-9

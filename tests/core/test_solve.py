@@ -18,39 +18,45 @@ def test_almost_every_task_of_the_family_is_solvable_and_certified(family: Solut
     assert family.certified.mean() >= 0.99
 
 
-def test_optima_are_strictly_feasible(problem: DesignProblem, family: Solutions) -> None:
-    evaluation = problem.evaluate(family.designs, family.tasks)
+def test_optima_are_strictly_feasible(family_problem: DesignProblem, family: Solutions) -> None:
+    evaluation = family_problem.evaluate(family.designs, family.tasks)
     solved = family.solvable
     assert evaluation.feasible[solved].all()
     assert evaluation.constraints[solved].max() < 0.0
     np.testing.assert_array_equal(evaluation.objectives[solved, 0], family.optima[solved])
     np.testing.assert_array_equal(evaluation.log_merit, family.log_merit)
     np.testing.assert_array_equal(np.isnan(family.optima), ~solved)
-    assert ((family.designs >= problem.low) & (family.designs <= problem.high)).all()
+    assert ((family.designs >= family_problem.low) & (family.designs <= family_problem.high)).all()
 
 
 def test_random_designs_never_beat_an_optimum(
-    problem: DesignProblem, family: Solutions, rng: np.random.Generator
+    family_problem: DesignProblem, family: Solutions, rng: np.random.Generator
 ) -> None:
-    designs = problem.low + (problem.high - problem.low) * rng.random((5000, len(problem.low)))
-    sign = 1.0 if problem.directions[0] == "minimize" else -1.0
+    designs = family_problem.low + (family_problem.high - family_problem.low) * rng.random(
+        (5000, len(family_problem.low))
+    )
+    sign = 1.0 if family_problem.directions[0] == "minimize" else -1.0
     for task, optimum, solvable in zip(
         family.tasks[:20], family.optima, family.solvable, strict=False
     ):
-        evaluation = problem.evaluate(designs, task[None])
+        evaluation = family_problem.evaluate(designs, task[None])
         values = sign * evaluation.objectives[evaluation.feasible, 0]
         assert not values.size or (solvable and values.min() >= sign * optimum)
 
 
-def test_the_same_seed_gives_the_same_optima(problem: DesignProblem, family: Solutions) -> None:
-    one, other = (solve_tasks(problem, family.tasks[:3], seed=3) for _ in range(2))
+def test_the_same_seed_gives_the_same_optima(
+    family_problem: DesignProblem, family: Solutions
+) -> None:
+    one, other = (solve_tasks(family_problem, family.tasks[:3], seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
 
 
-def test_another_seed_agrees_to_ten_digits(problem: DesignProblem, family: Solutions) -> None:
-    again = solve_tasks(problem, family.tasks[:12], seed=99)
+def test_another_seed_agrees_to_ten_digits(
+    family_problem: DesignProblem, family: Solutions
+) -> None:
+    again = solve_tasks(family_problem, family.tasks[:12], seed=99)
     both = again.certified & family.certified[:12] & again.solvable
     assert both.sum() >= 11
     np.testing.assert_array_equal(again.solvable, family.solvable[:12])
@@ -98,13 +104,13 @@ def test_solving_follows_fixed_variables_and_bounds() -> None:
 
 
 def test_polish_is_never_worse_than_its_start(
-    problem: DesignProblem, spread: Any, usable: Evaluation, rng: np.random.Generator
+    family_problem: DesignProblem, spread: Any, usable: Evaluation, rng: np.random.Generator
 ) -> None:
     some = usable.designs[:12], usable.tasks[:12]
-    drawn = zip(spread(problem, rng, 12), some, strict=True)
+    drawn = zip(spread(family_problem, rng, 12), some, strict=True)
     starts, tasks = map(np.concatenate, drawn)
-    before = problem.evaluate(starts, tasks)
-    after = problem.evaluate(polish(problem, starts, tasks), tasks)
+    before = family_problem.evaluate(starts, tasks)
+    after = family_problem.evaluate(polish(family_problem, starts, tasks), tasks)
     assert after.feasible[before.feasible].all()
     assert after.feasible.sum() > before.feasible.sum() >= 12
     assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
@@ -118,10 +124,10 @@ def test_polish_keeps_a_start_that_nothing_in_the_box_beats() -> None:
     np.testing.assert_array_equal(polish(problem, outside), outside)
 
 
-def test_polish_of_an_optimum_stays_there(problem: DesignProblem, family: Solutions) -> None:
+def test_polish_of_an_optimum_stays_there(family_problem: DesignProblem, family: Solutions) -> None:
     solved = np.flatnonzero(family.solvable)[:8]
-    polished = polish(problem, family.designs[solved], family.tasks[solved])
-    after = problem.evaluate(polished, family.tasks[solved])
+    polished = polish(family_problem, family.designs[solved], family.tasks[solved])
+    after = family_problem.evaluate(polished, family.tasks[solved])
     np.testing.assert_allclose(after.log_merit, family.log_merit[solved], rtol=0.0, atol=1e-10)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from pkm_gym.core.pool import ARRAYS, Pool
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import Solutions
+from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.envs.design import DesignEnv
 
 
@@ -83,10 +83,11 @@ def play():
 
 @pytest.fixture(scope="session")
 def pools(
-    problem: DesignProblem, paper: Solutions, solved: Solutions, tmp_path_factory: Any
+    family_problem: DesignProblem, solved: Solutions, tmp_path_factory: Any
 ) -> tuple[Pool, Path]:
-    """A pool of the problem, with its file: the paper's task and six more, solved, and one not."""
-    rows = np.flatnonzero(solved.solvable)[:7]
+    """A pool of the Family, with its file: the paper's task and six more, solved, and one not."""
+    problem, rows = family_problem, np.flatnonzero(solved.solvable)[:7]
+    paper = solve_tasks(problem, problem.pack(None)[None])
     first, more = (Pool.from_solutions(s, s.designs, problem, "a test") for s in (paper, solved))
     joined = {
         name: np.concatenate([getattr(first, name), getattr(more, name)[rows]]) for name in ARRAYS
@@ -96,5 +97,18 @@ def pools(
     pool.starts[:] = problem.low + (problem.high - problem.low) * rng.random(pool.starts.shape)
     pool.solvable[3] = False
     file = tmp_path_factory.mktemp("pools") / f"{problem.name}.npz"
+    pool.save(file)
+    return pool, file
+
+
+@pytest.fixture(scope="session")
+def paper_pool(
+    problem: DesignProblem, paper: Solutions, tmp_path_factory: Any
+) -> tuple[Pool, Path]:
+    """A pool of the problem as it comes, with its file: the paper's task alone, solved."""
+    pool = Pool.from_solutions(
+        paper, 0.7 * problem.low + 0.3 * problem.high[None], problem, "a test"
+    )
+    file = tmp_path_factory.mktemp("paper_pools") / f"{problem.name}.npz"
     pool.save(file)
     return pool, file

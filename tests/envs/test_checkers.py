@@ -53,8 +53,8 @@ def test_both_accept_every_way_of_rendering(fixed_id, make, mode):
 
 @pytest.mark.parametrize("reward", ["final", "regret"])
 @pytest.mark.parametrize("action_mode", ["relative", "absolute"])
-def test_both_accept_other_rules(fixed_id, make, pools, reward, action_mode):
-    env = make(fixed_id, reward=reward, action_mode=action_mode, budget=3, pool=str(pools[1]))
+def test_both_accept_other_rules(fixed_id, make, paper_pool, reward, action_mode):
+    env = make(fixed_id, reward=reward, action_mode=action_mode, budget=3, pool=str(paper_pool[1]))
     check_env(env, skip_render_check=True)
     sb3_check_env(env)
 

@@ -101,10 +101,10 @@ def test_stepping_before_a_reset_or_after_the_end_is_refused(fixed_id, make, pla
         env.step(env.action_space.sample())
 
 
-def test_answer_is_that_of_the_problem_over_the_whole_episode(env_id, make, play, usable):
+def test_answer_is_that_of_the_problem_over_the_whole_episode(family_id, make, play, usable):
     answered = 0
     for seed in range(12):
-        env = make(env_id, start="random")
+        env = make(family_id, start="random")
         options = {"design": usable.designs[seed], "task": usable.tasks[seed]} if seed % 2 else None
         steps = play(env, seed, options=options)
         names = env.problem.variable_names
@@ -246,7 +246,7 @@ def test_regret_of_a_family_is_measured_from_the_pools_optima(family_id, make, p
         check_regrets(steps, optimum.log_merit[0], 1e-5)
 
 
-def test_regret_without_a_known_optimum_is_refused(fixed_id, make, pools, other_task):
+def test_regret_without_a_known_optimum_is_refused(fixed_id, make, paper_pool, other_task):
     problem = make(fixed_id).problem
     variable = problem.variables[0]
     for changed in (
@@ -256,7 +256,7 @@ def test_regret_without_a_known_optimum_is_refused(fixed_id, make, pools, other_
     ):
         with pytest.raises(ValueError, match="optimum of the paper's"):
             make(fixed_id, reward="regret", **changed)
-    env = make(fixed_id, reward="regret", pool=str(pools[1]))
+    env = make(fixed_id, reward="regret", pool=str(paper_pool[1]))
     with pytest.raises(ValueError, match="has no stored optimum"):
         env.reset(options={"task": other_task(problem)})
 

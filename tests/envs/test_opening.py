@@ -66,8 +66,8 @@ def test_start_of_a_pool_is_the_one_stored_with_the_task(family_id, make, pools)
     assert seen == set(np.flatnonzero(pool.solvable))
 
 
-def test_fixed_id_starts_where_the_pool_says(fixed_id, make, pools, other_task):
-    pool, file = pools
+def test_fixed_id_starts_where_the_pool_says(fixed_id, make, paper_pool, other_task):
+    pool, file = paper_pool
     env = make(fixed_id, start="pool", pool=str(file))
     np.testing.assert_array_equal(start_of(env), pool.starts[0])
     with pytest.raises(ValueError, match=r"has no stored optimum: it isn't in .*npz"):

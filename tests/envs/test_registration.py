@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import gymnasium as gym
 import pytest
 
 import pkm_gym
-from pkm_gym.envs.registration import environment_ids, register_environments
-from pkm_gym.mechanisms import declaration, own_declarations, problem_type
+from pkm_gym.envs.design import DesignEnv
+from pkm_gym.envs.registration import environment_ids, register_environments, register_problem
+from pkm_gym.mechanisms import address, declaration, own_declarations, problem_type
 
 OWN = {item.name for item in own_declarations()}
 
@@ -82,6 +84,34 @@ def test_public_names_exist_and_others_do_not():
         assert getattr(pkm_gym, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'make_robot'"):
         _ = pkm_gym.make_robot
+
+
+def test_what_a_family_declares_stands_in_its_id_and_is_looked_up_where_it_does_not(
+    problem, monkeypatch, play
+):
+    kind = type(problem)
+    first, half = problem.variables[0], 0.5 * (problem.low[0] + problem.high[0])
+    family = {"free": [first.name], "bounds": {first.name: [first.low, float(half)]}}
+    declared = replace(kind.declared, family=family, environment="Wide")
+    monkeypatch.setattr(kind, "declared", declared)
+    where = address(kind)
+    register_problem(where, declared)
+    try:
+        spec = gym.spec("PKM/WideFamily-v0")
+        assert spec.kwargs == {"problem": where, "family": True, **family}
+        assert gym.spec("PKM/Wide-v0").kwargs == {"problem": where, "family": False}
+        env = gym.spec("PKM/Wide-v0").from_json(spec.make().spec.to_json()).make()
+        known_by_name = DesignEnv(where, family=True)  # as of an installed one, not imported yet
+        for made in (env.unwrapped, known_by_name, gym.make_vec(spec, 2).unwrapped):
+            assert made.problem.variable_names == (first.name,)
+            assert made.problem.high[0] == half
+        assert DesignEnv(where).problem.hash() == problem.hash() != env.unwrapped.problem.hash()
+        assert len(play(env, 0)[0][4]["design"]) == len(problem.all_variables)
+        held = gym.make(spec, bounds={first.name: [first.low, first.high]}).unwrapped.problem
+        assert held.high[0] == first.high
+    finally:
+        for env_id in [name for name in gym.registry if name.startswith("PKM/Wide")]:
+            del gym.registry[env_id]
 
 
 def test_spec_survives_json_with_every_kind_of_argument(fixed_id, play, other_task):

@@ -99,9 +99,9 @@ def photographed(monkeypatch):
 
 
 def test_mujoco_draws_the_machine_of_the_design_evaluated_last(
-    problem, env_id, make, usable, photographed
+    family_problem, env_id, make, usable, photographed
 ):
-    if not problem.mechanism(usable.designs[0]).twin_module:
+    if not family_problem.mechanism(usable.designs[0]).twin_module:
         pytest.skip("its mechanism has no twin")
     env = make(env_id, render_mode="rgb_array", renderer="mujoco")
     env.reset(seed=0, options={"design": usable.designs[0], "task": usable.tasks[0]})

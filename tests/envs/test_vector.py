@@ -90,8 +90,8 @@ def test_native_is_sync_with_regret_and_a_pool(family_id, rng, mode, pools):
 
 
 @pytest.mark.parametrize("reward", ["final", "regret"])
-def test_native_is_sync_with_other_rewards_of_the_papers_task(fixed_id, rng, pools, reward):
-    native, sync = pair(fixed_id, reward=reward, action_mode="absolute", pool=str(pools[1]))
+def test_native_is_sync_with_other_rewards_of_the_papers_task(fixed_id, rng, paper_pool, reward):
+    native, sync = pair(fixed_id, reward=reward, action_mode="absolute", pool=str(paper_pool[1]))
     assert_same(native.reset(seed=7), sync.reset(seed=7))
     assert run_both(native, sync, rng, 26, "SameStep") == 2 * N
 

@@ -68,8 +68,8 @@ def test_a_reset_that_is_refused_skips_no_task(family_id, tasks):
     assert env.row == 0
 
 
-def test_a_pool_gives_its_tasks(fixed_id, pools):
-    pool, _ = pools
+def test_a_pool_gives_its_tasks(fixed_id, paper_pool):
+    pool, _ = paper_pool
     env = FixedTasks(made(fixed_id), pool)
     np.testing.assert_array_equal(env.tasks, pool.tasks)
 

@@ -23,10 +23,10 @@ class Sample:
 
 
 @pytest.fixture(scope="session")
-def samples(problem: DesignProblem, usable: Evaluation) -> list[Sample]:
+def samples(family_problem: DesignProblem, usable: Evaluation) -> list[Sample]:
     """Machines with a usable workspace, each with random poses in it."""
     rng = np.random.default_rng(7)
-    machines = [problem.mechanism(d, usable.task(i)) for i, d in enumerate(usable.designs)]
+    machines = [family_problem.mechanism(d, usable.task(i)) for i, d in enumerate(usable.designs)]
     return [Sample(machine, inside(machine, rng)) for machine in machines]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,14 @@ import pytest
 import pkm_gym
 from pkm_gym import mechanisms
 from pkm_gym.envs.registration import environment_ids
-from pkm_gym.mechanisms import addresses, called, declaration, problem_type, register
+from pkm_gym.mechanisms import (
+    addresses,
+    called,
+    declaration,
+    family_problem,
+    problem_type,
+    register,
+)
 
 OUTSIDE = """
 from dataclasses import replace
@@ -182,3 +190,40 @@ def test_an_unknown_name_is_answered_with_the_closest() -> None:
     known = pkm_gym.problems()[0]
     with pytest.raises(ValueError, match=f"unknown mechanism '{known}x'; did you mean '{known}'"):
         pkm_gym.make_problem(f"{known}x")
+
+
+def test_the_problem_of_a_family_is_made_as_its_declaration_says(
+    outside: Callable[[str], str],
+) -> None:
+    module = outside("spacious")
+    kind = class_of(module)
+    one, other, *_ = (variable.name for variable in kind.all_variables)
+    low, high = kind.all_variables[0].low, kind.all_variables[0].high
+    box = (low, 0.5 * (low + high))
+    kind.declared = replace(kind.declared, family={"free": (one, other), "bounds": {one: box}})
+    where = f"{module}:Outside"
+    plain, wide = pkm_gym.make_problem(where), family_problem(where)
+    assert wide.variable_names == (one, other)
+    assert (wide.low[0], wide.high[0]) == box
+    assert wide.hash() != plain.hash()
+    assert wide.with_task({}).hash() == wide.hash()
+    same = family_problem(where, free=None, fixed={}, bounds={}, task=wide.task)
+    assert same.hash() == wide.hash()
+    assert family_problem(where, bounds={one: (low, high)}).high[0] == high
+    held = family_problem(where, fixed={one: box[0]})
+    assert held.variable_names == (other,)
+    assert held.fixed[one] == box[0]
+    assert family_problem(where, free=(other,)).variable_names == (other,)
+    with pytest.raises(ValueError, match="every variable is fixed"):
+        family_problem(where, fixed={one: low, other: wide.low[1]})
+
+
+@pytest.mark.parametrize("name", pkm_gym.problems())
+def test_a_family_that_declares_nothing_is_of_the_problem_as_it_comes(name: str) -> None:
+    declared = declaration(name)
+    assert (family_problem(name).hash() == pkm_gym.make_problem(name).hash()) == (
+        not declared.family
+    )
+    if not declared.family:
+        assert declared.family_words == ""
+        assert declared.family_arguments({"free": None}) == {"free": None}

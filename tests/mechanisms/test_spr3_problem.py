@@ -349,10 +349,10 @@ def test_the_optimum_is_the_vertex_of_two_limits(spr3: DesignProblem) -> None:
 @pytest.mark.parametrize("family", [256], indirect=True)
 @pytest.mark.parametrize("problem", ["spr3"], indirect=True)
 def test_each_limit_holds_back_some_optima_of_the_family(
-    problem: DesignProblem, family: Solutions
+    family_problem: DesignProblem, family: Solutions
 ) -> None:
     active = family.active[family.solvable].mean(axis=0)
-    shares = dict(zip(problem.constraint_names, active, strict=True))
+    shares = dict(zip(family_problem.constraint_names, active, strict=True))
     assert family.solvable.mean() >= 0.9
     for name in ("volume", "parasitic", "s_angle", "r_angle", "lci"):
         assert shares[name] >= 0.02, shares

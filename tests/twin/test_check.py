@@ -23,7 +23,9 @@ def test_the_printed_design_agrees(machine):
     rows = check(machine)
     turns = {"settled axes"} if len(machine.pose_names) > 2 else set()
     torques = TORQUES if hasattr(machine, "inverse_dynamics") else set()
-    assert {row.quantity for row in rows} == GEOMETRY | turns | torques
+    weightless = not twin_module(machine).SOLVER.gravity
+    sag = {"settled position with gravity"} if weightless else set()
+    assert {row.quantity for row in rows} == GEOMETRY | turns | torques | sag
     assert broken(rows) == {}
 
 
@@ -31,6 +33,18 @@ def test_random_feasible_designs_agree(twinned):
     rows = check_designs(twinned, random_designs(twinned, 3, seed=7))
     assert broken(rows) == {}
     assert all(set(row.design) == set(twinned.variable_names) for row in rows)
+
+
+def test_what_gravity_adds_to_a_twin_without_it_is_reported(machine, monkeypatch):
+    module = twin_module(machine)
+    weightless = replace(module.SOLVER, gravity=False, integrator="Euler")
+    monkeypatch.setattr(module, "SOLVER", weightless)
+    rows = {row.quantity: row for row in check(machine, machine.sample_poses()[:1])}
+    assert "Euler" in rows["loop closure"].solver
+    assert rows["loop closure"].solver.endswith("no gravity")
+    sagged = rows["settled position with gravity"]
+    assert sagged.limit is None
+    assert rows["settled position"].worst < sagged.worst < 1e-6
 
 
 @pytest.mark.slow

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.twin import twin_module
 from pkm_gym.mechanisms.diamond.problem import REFERENCE
 from pkm_gym.twin.model import Twin
 
@@ -15,6 +18,17 @@ from pkm_gym.twin.model import Twin
 def diamond():
     problem = pkm_gym.make_problem("diamond")
     return problem.mechanism(problem.printed_design())
+
+
+def test_a_solver_chooses_the_integrator_and_may_be_without_gravity(machine, monkeypatch):
+    model = Twin(machine, machine.sample_poses()[0]).model
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -9.81])
+    module = twin_module(machine)
+    monkeypatch.setattr(module, "SOLVER", replace(module.SOLVER, integrator="Euler", gravity=False))
+    model = Twin(machine, machine.sample_poses()[0]).model
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    np.testing.assert_array_equal(model.opt.gravity, 0.0)
 
 
 def mass_matrix(twin):
