@@ -190,6 +190,10 @@ STROKE_LEG = Declaration(
     ),
     penalty_weight=10.0,
     motion={},
+    family={
+        "free": ("l1", "l3", "l6", "phi", "th3", "gamma"),
+        "bounds": {"phi": (radians(80.0), radians(160.0))},
+    },
 )
 
 TASK, DESIGN = record(StrokeLegTask), record(Design)

@@ -143,32 +143,43 @@ def cylinder_range(crank: float, frame: float, low: float, high: float) -> tuple
     return math.sqrt(max(0.0, squared - twice * most)), math.sqrt(squared - twice * least)
 
 
-@kernel
-def point_to_segment(px: float, pz: float, ax: float, az: float, bx: float, bz: float) -> float:
-    """Return the distance of P from the segment AB, m."""
-    ux, uz = bx - ax, bz - az
-    t = ((px - ax) * ux + (pz - az) * uz) / (ux * ux + uz * uz)
-    t = min(1.0, max(0.0, t))
-    return math.hypot(px - ax - t * ux, pz - az - t * uz)
-
-
-@kernel
+@formula
 def cylinder_gap(s: float, d: float, links: Links) -> float:
     """Return the distance of the segments AB and CD, the cylinders' axes, m; 0 where they cross."""
-    l1, ob, theta_b, l5, l6, phi, gamma = links
-    a, theta5 = crank_angles(s, d, theta_b, phi, gamma)
-    ax, az = l1 * math.cos(a + theta_b), l1 * math.sin(a + theta_b)
+    _, ob, theta_b, _, _, phi, gamma = links
     bx, bz = ob * math.cos(theta_b), ob * math.sin(theta_b)
-    dx, dz = l5 * math.cos(theta5), l5 * math.sin(theta5)
-    cx, cz = l6, 0.0
+    outer, inner = s + phi, d - gamma
+    return gap_of(math.sin(outer), math.cos(outer), math.sin(inner), math.cos(inner), bx, bz, links)
+
+
+@formula
+def gap_of(
+    sin_a: float, cos_a: float, sin_d: float, cos_d: float, bx: float, bz: float, links: Links
+) -> float:
+    """Return ``cylinder_gap`` from sines and cosines of s + phi and d - gamma, and from B."""
+    l1, _, _, l5, cx, _, _ = links
+    ax, az = -l1 * sin_a, -l1 * cos_a
+    dx, dz = l5 * sin_d, -l5 * cos_d
+    cz = 0.0
     if crosses(ax, az, bx, bz, cx, cz, dx, dz) and crosses(cx, cz, dx, dz, ax, az, bx, bz):
         return 0.0
-    return min(
-        point_to_segment(ax, az, cx, cz, dx, dz),
-        point_to_segment(bx, bz, cx, cz, dx, dz),
-        point_to_segment(cx, cz, ax, az, bx, bz),
-        point_to_segment(dx, dz, ax, az, bx, bz),
+    return math.sqrt(
+        min(
+            squared_distance(ax, az, cx, cz, dx, dz),
+            squared_distance(bx, bz, cx, cz, dx, dz),
+            squared_distance(cx, cz, ax, az, bx, bz),
+            squared_distance(dx, dz, ax, az, bx, bz),
+        )
     )
+
+
+@formula
+def squared_distance(px: float, pz: float, ax: float, az: float, bx: float, bz: float) -> float:
+    """Return the squared distance of P from the segment AB, m^2."""
+    ux, uz, wx, wz = bx - ax, bz - az, px - ax, pz - az
+    t = min(1.0, max(0.0, (wx * ux + wz * uz) / (ux * ux + uz * uz)))
+    across, along = wx - t * ux, wz - t * uz
+    return across * across + along * along
 
 
 @formula

@@ -1,0 +1,294 @@
+"""A second design problem of the leg, ours: a leg for the rectangle that its foot moves in."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+import numpy as np
+
+from pkm_gym.core.compile import batch_kernel, formula, kernel, own_row
+from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
+from pkm_gym.core.merit import write
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.rows import Measured
+from pkm_gym.core.sampling import gauss_jacobi
+from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.stroke_leg.declared import (
+    GAIT_DESIGN,
+    GAIT_TASK,
+    GAIT_UNDEFINED,
+    STROKE_LEG_GAIT,
+    GaitDesign,
+    GaitIndices,
+    GaitLimits,
+    GaitTask,
+)
+from pkm_gym.mechanisms.stroke_leg.kinematics import (
+    Links,
+    crank_angles,
+    cylinder,
+    cylinder_range,
+    dead_point_margins,
+    frame_side,
+    gap_of,
+)
+from pkm_gym.mechanisms.stroke_leg.mechanism import angles_violation, explain_angles
+from pkm_gym.mechanisms.stroke_leg.problem import DEAD
+from pkm_gym.mechanisms.stroke_leg.workspace import GaitLeg
+
+NODES = 10  # Gauss nodes in x and in z
+INTERVALS = 12  # of an edge of the rectangle, where the limits are looked for
+REACH_MARGIN = 1e-9  # a foot nearer to the stretched rhombi, as a share, is out of reach
+LENGTHS = ("l1", "l3", "l6", "l")
+
+
+def boundary(intervals: int) -> FloatArray:
+    """Return the points (4 intervals, 2) of the unit square's edges."""
+    t, zero = np.arange(intervals) / intervals, np.zeros(intervals)
+    edges = [(t, zero), (zero + 1.0, t), (1.0 - t, zero + 1.0), (zero, 1.0 - t)]
+    return np.concatenate([np.stack(edge, axis=-1) for edge in edges])
+
+
+@formula
+def sums(x: float, z: float, side: float) -> tuple[float, float, float, float]:
+    """Return sin s, cos s, sin d, cos d of the foot: s = theta + varphi, d = theta - varphi."""
+    radius = math.sqrt(x * x + z * z)
+    cos_t = radius / (4.0 * side)
+    sin_t = math.sqrt(1.0 - cos_t * cos_t)
+    sin_v, cos_v = -x / radius, -z / radius
+    return (
+        sin_t * cos_v + cos_t * sin_v,
+        cos_t * cos_v - sin_t * sin_v,
+        sin_t * cos_v - cos_t * sin_v,
+        cos_t * cos_v + sin_t * sin_v,
+    )
+
+
+@formula
+def turned(sine: float, cosine: float, by_sine: float, by_cosine: float) -> tuple[float, float]:
+    """Return sine and cosine of the sum of two angles."""
+    return sine * by_cosine + cosine * by_sine, cosine * by_cosine - sine * by_sine
+
+
+@kernel
+def mean_square_force(
+    low: tuple[float, float],
+    size: tuple[float, float],
+    side: float,
+    links: Links,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> float:
+    """Return the mean of F2^2 + F4^2 over the rectangle for a unit vertical force on the foot."""
+    l1, ob, theta_b, l5, l6, phi, gamma = links
+    sin_a, cos_a = math.sin(phi + theta_b), math.cos(phi + theta_b)
+    sin_g, cos_g = math.sin(-gamma), math.cos(-gamma)
+    mean = 0.0
+    for row in range(len(nodes)):
+        z = low[1] + size[1] * nodes[row]
+        for column in range(len(nodes)):
+            x = low[0] + size[0] * nodes[column]
+            sin_s, cos_s, sin_d, cos_d = sums(x, z, side)
+            minus_cosine2, minus_sine2 = turned(sin_s, cos_s, sin_a, cos_a)
+            cosine4, minus_sine4 = turned(sin_d, cos_d, sin_g, cos_g)
+            _, k2 = cylinder(l1, ob, -minus_cosine2, -minus_sine2)
+            _, k4 = cylinder(l5, l6, cosine4, -minus_sine4)
+            by2, by4 = sin_s / k2, sin_d / k4
+            mean += weights[row] * weights[column] * (by2 * by2 + by4 * by4)
+    return 4.0 * side * side * mean
+
+
+@formula
+def cone_share(sine: float, cosine: float, sin_cone: float, cos_cone: float) -> float:
+    """Return the largest |sin(angle + a)| for |a| within the cone."""
+    across, along = abs(sine), abs(cosine)
+    return 1.0 if along <= sin_cone else across * cos_cone + along * sin_cone
+
+
+@kernel
+def extremes_on_boundary(
+    low: tuple[float, float],
+    size: tuple[float, float],
+    side: float,
+    cone: float,
+    links: Links,
+    edge: FloatArray,
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return the ranges of s and d (rad), largest thrust and rate, and the smallest gap (m).
+
+    On the boundary of the rectangle; thrust and rate are of no meaning across a dead line.
+    """
+    l1, ob, theta_b, l5, l6, phi, gamma = links
+    bx, bz = ob * math.cos(theta_b), ob * math.sin(theta_b)
+    sin_b, cos_b = math.sin(theta_b), math.cos(theta_b)
+    sin_p, cos_p, sin_g, cos_g = math.sin(phi), math.cos(phi), math.sin(-gamma), math.cos(-gamma)
+    sin_cone, cos_cone = math.sin(cone), math.cos(cone)
+    s_min = d_min = gap = math.inf
+    s_max = d_max = -math.inf
+    thrust = rate = 0.0
+    for i in range(edge.shape[0]):
+        x, z = low[0] + size[0] * edge[i, 0], low[1] + size[1] * edge[i, 1]
+        sin_s, cos_s, sin_d, cos_d = sums(x, z, side)
+        s, d = math.atan2(sin_s, cos_s), math.atan2(sin_d, cos_d)
+        s_min, s_max, d_min, d_max = min(s_min, s), max(s_max, s), min(d_min, d), max(d_max, d)
+        sin_a, cos_a = turned(sin_s, cos_s, sin_p, cos_p)
+        sin_m, cos_m = turned(sin_d, cos_d, sin_g, cos_g)
+        gap = min(gap, gap_of(sin_a, cos_a, sin_m, cos_m, bx, bz, links))
+        minus_cosine2, minus_sine2 = turned(sin_a, cos_a, sin_b, cos_b)
+        _, k2 = cylinder(l1, ob, -minus_cosine2, -minus_sine2)
+        _, k4 = cylinder(l5, l6, sin_m, -cos_m)
+        k2, k4 = abs(k2), abs(k4)
+        thrust = max(
+            thrust,
+            cone_share(sin_s, cos_s, sin_cone, cos_cone) / k2,
+            cone_share(sin_d, cos_d, sin_cone, cos_cone) / k4,
+        )
+        rate = max(rate, max(k2, k4) / (sin_s * cos_d + cos_s * sin_d))  # sin 2 theta
+    return s_min, s_max, d_min, d_max, 2.0 * side * thrust, rate / (2.0 * side), gap
+
+
+@kernel
+def measure_one(
+    design: GaitDesign,
+    task: GaitTask,
+    nodes: FloatArray,
+    weights: FloatArray,
+    edge: FloatArray,
+) -> tuple[GaitIndices, GaitLimits, float]:
+    """Return one design's indices, own limits, and > 0 where it is out of reach.
+
+    Where the rhombi don't reach, or a crank crosses its dead line.
+    """
+    l1, l3, l6, side = design.l1, design.l3, design.l6, design.l
+    impossible = dimensions_violation((l1, l3, l6, side), SMALLEST)
+    impossible = max(impossible, angles_violation(design.phi, design.th3, design.gamma))
+    if impossible > 0.0:
+        return GAIT_UNDEFINED, GaitLimits(impossible, math.nan), 0.0
+    half, hip, lift = 0.5 * task.stride, task.hip_height, task.lift
+    far = math.hypot(abs(task.x0) + half, hip) / (4.0 * side)
+    near = math.hypot(max(0.0, abs(task.x0) - half), hip - lift) / (4.0 * side)
+    mount = l3 * math.sin(design.th3)
+    reach = far - 1.0
+    if reach > -REACH_MARGIN:
+        return only_mount(mount), GaitLimits(impossible, reach), REACH_MARGIN + max(0.0, reach)
+
+    ob, theta_b = frame_side(l3, l6, design.th3)
+    links = (l1, ob, theta_b, l1, l6, design.phi, design.gamma)
+    low, size = (task.x0 - half, -hip), (task.stride, lift)
+    s_min, s_max, d_min, d_max, thrust, rate, gap = extremes_on_boundary(
+        low, size, side, task.cone, links, edge
+    )
+    A_short, A_long, D_short, D_long = dead_point_margins(s_min, s_max, d_min, d_max, links)
+    a_max, at_d_min = crank_angles(s_min, d_min, theta_b, design.phi, design.gamma)
+    a_min, at_d_max = crank_angles(s_max, d_max, theta_b, design.phi, design.gamma)
+    l2_min, l2_max = cylinder_range(l1, ob, a_min, a_max)
+    l4_min, l4_max = cylinder_range(l1, l6, at_d_min, at_d_max)
+    margin = min(A_short, A_long, D_short, D_long)
+    unreached = DEAD + max(0.0, -margin) if margin < DEAD else 0.0
+    rms = math.nan
+    if unreached == 0.0:
+        rms = math.sqrt(mean_square_force(low, size, side, links, nodes, weights))
+    else:
+        thrust = rate = math.nan
+    indices = GaitIndices(
+        thrust_rms=rms,
+        thrust=thrust,
+        rate=rate,
+        gap=gap,
+        mount=mount,
+        stroke2=l2_max - l2_min,
+        stroke4=l4_max - l4_min,
+        l2_min=l2_min,
+        l2_max=l2_max,
+        l4_min=l4_min,
+        l4_max=l4_max,
+        theta_min=math.acos(far),
+        theta_max=math.acos(near),
+        dead_A_short=A_short,
+        dead_A_long=A_long,
+        dead_D_short=D_short,
+        dead_D_long=D_long,
+    )
+    return indices, GaitLimits(dimensions=impossible, reach=reach), unreached
+
+
+@kernel
+def only_mount(mount: float) -> GaitIndices:
+    """Return the indices of a leg whose foot doesn't reach the rectangle."""
+    nan = math.nan
+    return GaitIndices(
+        nan, nan, nan, nan, mount, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan
+    )
+
+
+@batch_kernel
+def measure(
+    designs: FloatArray,
+    tasks: FloatArray,
+    nodes: FloatArray,
+    weights: FloatArray,
+    edge: FloatArray,
+    table: FloatArray,
+    own: FloatArray,
+    unreached: FloatArray,
+) -> None:
+    """Fill the rows of ``GaitIndices`` and ``GaitLimits`` and unreached (n,) of designs (n, 7)."""
+    for i in numba.prange(designs.shape[0]):
+        task = tasks.view(GAIT_TASK)[own_row(i, tasks.shape[0]), 0]
+        design = designs.view(GAIT_DESIGN)[i, 0]
+        indices, limits, unreached[i] = measure_one(design, task, nodes, weights, edge)
+        write(table[i], indices)
+        write(own[i], limits)
+
+
+class StrokeLegGaitProblem(DesignProblem):
+    """A leg for a gait: cylinders that carry the body and are fast enough for the foot.
+
+    Minimise the cylinders' force over the rectangle that the foot moves in, so that cylinders of
+    one kind fit, none is overloaded or too slow, the cranks keep clear of their dead lines, the
+    cylinders of each other, and the leg fits under its mount.
+    """
+
+    declared = STROKE_LEG_GAIT
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._nodes = gauss_jacobi(NODES)
+        self._edge = boundary(INTERVALS)
+
+    def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
+        measure(
+            4.0 * len(designs), designs, tasks, *self._nodes, self._edge, rows.table, rows.own,
+            rows.unreached,
+        )  # fmt: skip
+
+    def _mechanism(self, design: FloatArray, task: GaitTask) -> GaitLeg:
+        named = super().sizes(design)
+        return GaitLeg(
+            **named,
+            l5=named["l1"],
+            stride=task.stride,
+            lift=task.lift,
+            hip_height=task.hip_height,
+            x0=task.x0,
+            cone=task.cone,
+        )
+
+    def sizes(self, design: FloatArray) -> dict[str, float]:
+        """Return the lengths of a complete design."""
+        named = super().sizes(design)
+        return {name: named[name] for name in LENGTHS}
+
+    def explain_dimensions(self, design: FloatArray) -> str:
+        """Say in words that a complete design makes no machine, and what is allowed."""
+        return explain_angles(super().sizes(design)) or super().explain_dimensions(design)
+
+    def explain_own(self, design: FloatArray, task: GaitTask, broken: list[str]) -> list[str]:
+        """Say in words by how much the rhombi miss the far corner of the foot's rectangle."""
+        del broken
+        far = math.hypot(abs(task.x0) + 0.5 * task.stride, task.hip_height)
+        longest = 4.0 * self.sizes(design)["l"]
+        words = f"the far corner of the foot's rectangle lies {1e3 * far:.1f} mm from the hip"
+        return [f"reach: {words}; the stretched rhombi reach {1e3 * longest:.1f} mm"]
