@@ -178,3 +178,34 @@ def test_parts_weigh_what_they_are_drawn_as(leg):
     assert 4.0 < model.body_mass.sum() < 8.0
     for name in ("OF", "FJ", "JI", "OE", "EH", "HI", "barrel_2", "rod_2", "barrel_4", "rod_4"):
         assert model.body(name).mass[0] > 0.1
+
+
+HINGED = (
+    "machine-OF", "machine-OE", "OF-OE", "OF-FJ", "FJ-JI", "OE-EH", "EH-HI", "FJ-EH", "JI-HI",
+    "machine-barrel_2", "machine-barrel_4", "barrel_2-rod_2", "barrel_4-rod_4", "rod_2-OF",
+    "rod_4-OE",
+)  # fmt: skip
+
+
+def test_nothing_runs_through_anything_else(legs):
+    joined = {frozenset(pair.split("-")) for pair in HINGED}
+    for machine in legs:
+        twin = Twin(machine, machine.sample_poses()[0])
+        model = twin.model
+        bodies = [model.body(body).name for body in model.geom_bodyid]
+        apart = [
+            (one, other)
+            for one in range(model.ngeom)
+            for other in range(one)
+            if "world" not in (bodies[one], bodies[other])
+            and bodies[one] != bodies[other]
+            and frozenset((bodies[one], bodies[other])) not in joined
+        ]
+        assert len(apart) > 500
+        for coordinates in twin.coordinates(
+            module.draw_poses(machine, 20, np.random.default_rng(1))
+        ):
+            twin.place(coordinates)
+            for one, other in apart:
+                between = mujoco.mj_geomDistance(model, twin.data, one, other, 0.01, None)
+                assert between > 0.0, (bodies[one], bodies[other])
