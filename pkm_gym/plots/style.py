@@ -25,6 +25,7 @@ STYLE: dict[str, Any] = {
     "base": "#3a3a3a",
     "arm": "#16324f",
     "rod": "#4f86b8",
+    "cylinder": "#9c3f6b",
     "platform": "#e69f00",
     "lines": ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
     "line": 1.4,
