@@ -44,7 +44,8 @@ def test_every_kind_of_design_is_drawn(problem, designs, kind):
     figure = plots.design_figure(problem, designs[kind])
     assert isinstance(figure, Figure)
     pixels = plots.figure_to_array(figure)
-    assert pixels.shape == (600, 1000, 3)
+    assert pixels.shape[1:] == (1000, 3)
+    assert pixels.shape[0] >= 600  # more where there are many indices
     assert pixels.dtype == np.uint8
     # without a machine there are just words
     assert (pixels < 128).any(axis=2).mean() > (0.001 if kind == "no machine" else 0.005)
