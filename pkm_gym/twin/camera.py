@@ -125,17 +125,23 @@ def picture(mechanism: Mechanism, camera: Camera, pose: FloatArray | None = None
 
 
 def movie(mechanism: Mechanism, camera: Camera, frames: int) -> Iterator[Pixels]:
-    """Yield pictures of the machine on the paper's path, there and back, at equal time steps.
+    """Yield pictures of the machine on the paper's path at equal time steps.
+
+    Once around a path that ends where it began, there and back on another.
 
     Raises:
         ValueError: for a machine that can't follow the path.
         OSError: where MuJoCo can't draw.
     """
     twin = Twin(mechanism, first_pose(mechanism))
-    poses = twin.module.course(mechanism, frames // 2 + 1).poses
+    course = twin.module.course
+    poses = course(mechanism, frames // 2 + 1).poses
+    if np.allclose(poses[0], poses[-1]):
+        poses = course(mechanism, frames + 1).poses[:-1]
+    else:
+        poses = np.concatenate([poses, poses[-2:0:-1]])
     if not np.isfinite(mechanism.inverse_kinematics(poses)).all():
         raise ValueError("the paper's path leaves the reach of this machine: choose another design")
-    coordinates = twin.coordinates(poses)
-    for row in [*coordinates, *coordinates[-2:0:-1]]:
+    for row in twin.coordinates(poses):
         twin.place(row)
         yield camera.shot(twin)

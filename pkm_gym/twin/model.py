@@ -12,7 +12,7 @@ from pkm_gym.core.trajectory import polynomial_345
 from pkm_gym.core.twin import BANDWIDTH, twin_module
 from pkm_gym.core.types import FloatArray
 
-RAMP, HOLD = 0.3, 1.5  # s: the servos' way to a pose, and the longest wait there
+RAMP, HOLD = 0.3, 4.0  # s: the servos' way to a pose, and the longest wait there
 STILL = 1e-9  # m/s or rad/s, of every coordinate of a settled twin
 CHUNK = 0.01  # s, between two looks at a twin that settles
 CONTROLS = 60  # wanted values along the way

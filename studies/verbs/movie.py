@@ -23,14 +23,17 @@ def command(
     name: Name,
     set_: DesignOption = None,
     seconds: Annotated[
-        float, typer.Option(min=0.1, max=600.0, help="How long the way there and back takes.")
+        float,
+        typer.Option(
+            min=0.1, max=600.0, help="How long the way there and back, or once around, takes."
+        ),
     ] = 4.0,
     fps: Annotated[int, typer.Option(min=1, max=60, help="Frames per second.")] = 25,
     width: WidthOption = 960,
     height: HeightOption = 720,
     out: OutOption = None,
 ) -> None:
-    """Film a design on the paper's path, there and back; without one, the printed design.
+    """Film a design on its path, there and back or once around; without one, the printed design.
 
     Writes runs/NAME/movie.mp4 if --out names no other file; .gif works too.
 

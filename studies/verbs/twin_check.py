@@ -92,7 +92,7 @@ def _table(rows: Iterable[Row]) -> Table:
     numbers = ("worst", "limit")
     shown = table("mechanism", "quantity", "worst", "limit", "unit", "", "at", numbers=numbers)
     for row in rows:
-        limit = "" if row.limit is None else f"{row.limit:.0e}"
+        limit = "" if row.limit is None else f"{row.limit:.2g}"
         verdict = Text("holds", style=GOOD) if row.holds else Text("broken", style=BAD)
         shown.add_row(
             row.mechanism,

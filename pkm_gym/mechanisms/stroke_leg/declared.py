@@ -189,7 +189,7 @@ STROKE_LEG = Declaration(
         Objective("force", "minimise", worst=1e4, scale=48.3153, powers={"l": 1}),
     ),
     penalty_weight=10.0,
-    motion={},
+    motion={"speed": 0.75, "frame_skip": 16},  # 667 steps of 4 ms
     family={
         "free": ("l1", "l3", "l6", "phi", "th3", "gamma"),
         "bounds": {"phi": (radians(80.0), radians(160.0))},

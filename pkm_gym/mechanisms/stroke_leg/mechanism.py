@@ -95,7 +95,7 @@ class Leg(Mechanism):
         """
         joints = as_rows(joints, 2)
         modes = self.home_mode if near is None else self.assembly_mode(near)
-        joints, modes = np.broadcast_arrays(joints, modes)
+        joints, modes = (np.array(each) for each in np.broadcast_arrays(joints, modes))
         rows = np.ascontiguousarray(modes.reshape(-1, 2))
         return self._batch(forward_kinematics_batch, joints, (2,), rows, self.l, self.geometry)
 
