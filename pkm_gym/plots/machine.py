@@ -79,13 +79,13 @@ def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: floa
                     x[:2], y[:2], color=STYLE["cylinder"], linewidth=BARREL, alpha=alpha,
                     solid_capstyle="butt", zorder=layer + 0.1,
                 )  # fmt: skip
-                x, y = x[[0, -1]], y[[0, -1]]
             axes.plot(
                 x, y, color=STYLE[link.role], linewidth=WIDTHS[link.role], alpha=alpha,
                 solid_capstyle="round", zorder=layer + 0.2 * (link.role == "arm"),
             )  # fmt: skip
+            ends = len(x) - 1 if link.role == "cylinder" else 1
             axes.plot(
-                x, y, linestyle="none", marker="o", markersize=4, color="white",
+                x, y, linestyle="none", marker="o", markevery=ends, markersize=4, color="white",
                 markeredgecolor=STYLE[link.role], markeredgewidth=1.0, alpha=alpha,
                 zorder=layer + 0.4,
             )  # fmt: skip
