@@ -49,7 +49,7 @@ def workspace(problem: DesignProblem) -> Figure:
         figure,
         "Workspace of the leg, as in Fig. 3 of the paper, our model",
         f"exact {right - left:.2f} mm by {top - bottom:.2f} mm; dashed: the printed "
-        f"{PRINTED_EXTENT[0]:.0f} mm by {PRINTED_EXTENT[1]:.0f} mm, which no part of it has",
+        f"{PRINTED_EXTENT[0]:.0f} mm by {PRINTED_EXTENT[1]:.0f} mm: no part of it is as wide",
     )
     axes = plots.panel(figure, (0.09, 0.09, 0.89, 0.8), x="x (mm)", y="z (mm)")
     axes.fill(*crown.T, color=plots.STYLE["lines"][5], alpha=0.3, linewidth=0.0, zorder=1)
@@ -62,13 +62,16 @@ def workspace(problem: DesignProblem) -> Figure:
     axes.plot(*(box + (0.0, bottom)).T, color=plots.STYLE["bad"], linestyle="--", linewidth=1.1)
     pose = machine.foot(np.array([np.radians(45.0), 0.0]))
     _draw_leg(axes, machine, pose, alpha=0.9)
-    for theta in (15, 45, 75):
-        place = 1e3 * machine.foot(np.radians((theta, -30.0)))
-        text = rf"$\theta$ = {theta}°"
-        plots.remark(axes, text, tuple(place), xytext=(5, -3), dot=False)
-    for varphi, shift in ((-30, (4, -12)), (30, (-36, -12))):
-        place = 1e3 * machine.foot(np.radians((15.0, varphi)))
-        plots.remark(axes, rf"swing {varphi}°", tuple(place), xytext=shift, dot=False)
+    for theta, varphi, text, side in (
+        (15, 0, r"$\theta$ = 15°", "center"),
+        (45, -30, r"$\theta$ = 45°", "left"),
+        (75, -30, r"$\theta$ = 75°", "left"),
+        (64, 30, "swing 30°", "right"),
+        (64, -30, "swing −30°", "left"),
+    ):
+        place = 1e3 * machine.foot(np.radians((theta, varphi)))
+        shift = {"left": (6, -3), "right": (-6, -3), "center": (0, 5)}[side]
+        plots.remark(axes, text, tuple(place), xytext=shift, ha=side, dot=False)
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.04)
     axes.grid(visible=True, color=plots.STYLE["grid"], linewidth=0.5)
@@ -79,19 +82,19 @@ def workspace(problem: DesignProblem) -> Figure:
 def condition(problem: DesignProblem) -> Figure:
     """Draw the condition number of the printed design with its dead lines, and cuts through it."""
     machine = _printed(problem)
-    figure = plots.new_figure(WIDTH, 4.0)
-    across = _share_across(machine)
+    figure = plots.new_figure(WIDTH, 3.7)
+    across = _share_across(problem)
     plots.headline(
         figure,
         "Condition number of the printed design, as in Fig. 4 of the paper, our model",
         f"hatched: a crank is across its dead line, A on {100.0 * across:.1f} % of the crown "
         "(outlined); the paper sees neither that nor the asymmetry",
     )
-    axes = plots.panel(figure, (0.085, 0.12, 0.42, 0.7), x="x (mm)", y="z (mm)")
+    axes = plots.panel(figure, (0.085, 0.13, 0.5, 0.7), x="x (mm)", y="z (mm)")
     _draw_condition(axes, machine)
     axes = plots.panel(
-        figure, (0.69, 0.12, 0.3, 0.7), x=f"swing {plots.symbol('phi')} (deg)",
-        y=plots.label("eta", ""), title="along the swing",
+        figure, (0.745, 0.13, 0.24, 0.68), x="swing (deg)", y=plots.label("eta", ""),
+        title="along the swing",
     )  # fmt: skip
     swing = np.linspace(-30.0, 30.0, 241)
     for theta, color in zip((30, 45, 60, 70), plots.STYLE["lines"], strict=False):
@@ -110,9 +113,8 @@ def sweeps(problem: DesignProblem) -> Figure:
     plots.headline(
         figure,
         "Indices over each variable about the printed design, as in Fig. 5 of the paper, our model",
-        "hatched: a crank crosses its dead line within swing ±15 deg, where no index is defined; "
-        "dots: the paper's 1 deg grid on its own rectangle, swing ±30 deg, across the dead line; "
-        "dashed: the printed extremes",
+        "lines: swing ±15 deg, hatched where A crosses its dead line; dots: a 1 deg grid on the "
+        "paper's ±30 deg, across the dead line; dashed: the printed extremes",
     )
     rows = tuple(PRINTED_RANGES)
     for column, name in enumerate(SWEPT):
@@ -151,7 +153,7 @@ def sweeps(problem: DesignProblem) -> Figure:
 def trot(problem: DesignProblem) -> Figure:
     """Draw which feet stand over two periods, and the robot at four instants."""
     machine, step = _printed(problem), Step()
-    figure = plots.new_figure(WIDTH, 5.6)
+    figure = plots.new_figure(WIDTH, 6.6)
     plots.headline(
         figure,
         "The trot, as in Fig. 6 of the paper, our model",
@@ -160,20 +162,20 @@ def trot(problem: DesignProblem) -> Figure:
         "of ours: the paper prints none)",
     )
     axes = plots.panel(
-        figure, (0.115, 0.69, 0.865, 0.2), x="time (s)", title="feet on the ground"
+        figure, (0.115, 0.72, 0.865, 0.165), x="time (s)", title="feet on the ground"
     )
-    for row, (name, phase) in enumerate(zip(LEGS, TROT, strict=True)):
+    for row, phase in enumerate(TROT):
         color = plots.STYLE["lines"][0 if phase == 0.0 else 1]
         starts = step.period * (np.arange(-1, 3) + 1.0 - step.duty - phase)
         spans = [(start, step.duty * step.period) for start in starts.tolist()]
         axes.broken_barh(spans, (3 - row - 0.36, 0.72), facecolor=color)
-        del name
     axes.set_yticks(range(4), LEGS[::-1])
     axes.set(xlim=(0.0, 2.0 * step.period), ylim=(-0.6, 3.6))
+    axes.locator_params(axis="x", nbins=5)
     for k, time in enumerate((0.0, 0.25, 0.5, 0.75)):
         row, column = divmod(k, 2)
         axes = plots.panel(
-            figure, (0.02 + 0.49 * column, 0.325 - 0.305 * row, 0.47, 0.26),
+            figure, (0.015 + 0.495 * column, 0.345 - 0.335 * row, 0.475, 0.285),
             title=f"t = {time * step.period:g} s",
         )  # fmt: skip
         draw_robot(axes, machine, step, time * step.period)
@@ -205,10 +207,10 @@ def speeds(problem: DesignProblem) -> Figure:
         f"{1e3 * step.lift:.0f} mm lift, hip {1e3 * step.hip_height:.0f} mm high, foot up to "
         f"{1e3 * np.linalg.norm(foot.velocity, axis=-1).max():.0f} mm/s (a step of ours)",
     )
-    for k, (name, values) in enumerate((("speed (mm/s)", rates), ("length (mm)", lengths))):
-        axes = plots.panel(
-            figure, (0.082 + 0.5 * k, 0.14, 0.41, 0.64), x="time (s)", y=f"piston {name}"
-        )
+    for k, (name, values) in enumerate(
+        (("piston speed (mm/s)", rates), ("cylinder length (mm)", lengths))
+    ):
+        axes = plots.panel(figure, (0.082 + 0.5 * k, 0.14, 0.4, 0.68), x="time (s)", y=name)
         _shade_swing(axes, step)
         for limb, (letters, color) in enumerate(
             zip(("AB, $l_2$", "CD, $l_4$"), plots.STYLE["lines"], strict=False)
@@ -223,8 +225,9 @@ def speeds(problem: DesignProblem) -> Figure:
                     xytext=(0, -11 if below else 6),
                 )  # fmt: skip
         axes.set_xlim(0.0, step.period)
-        axes.margins(y=0.16)
-        plots.legend(axes, loc="lower right" if k == 0 else "upper right", title="cylinder")
+        axes.margins(y=0.24)
+        axes.locator_params(axis="x", nbins=5)
+        plots.legend(axes, loc="lower right" if k == 0 else "lower center", title="cylinder")
     return figure
 
 
@@ -244,7 +247,7 @@ def speed_errors(problem: DesignProblem) -> Figure:
         figure, (0.082, 0.14, 0.39, 0.64), x="time (s)", y="piston speed (mm/s)", title="speeds"
     )
     beside = plots.panel(
-        figure, (0.6, 0.14, 0.385, 0.64), x="time (s)", y="error (10⁻⁶ m/s)",
+        figure, (0.6, 0.14, 0.375, 0.64), x="time (s)", y="error (10⁻⁶ m/s)",
         title=f"simulation − theory, at most {np.abs(error).max():.2g}·10⁻⁶ m/s",
     )  # fmt: skip
     for limb, (name, color) in enumerate(zip(("AB", "CD"), plots.STYLE["lines"], strict=False)):
@@ -262,8 +265,9 @@ def speed_errors(problem: DesignProblem) -> Figure:
     beside.plot([], [], color=plots.STYLE["bad"], linestyle="--", label="±1.6, the paper's")
     for each in (axes, beside):
         each.set_xlim(0.0, driven.times[-1])
-        each.margins(y=0.2)
-        plots.legend(each, loc="lower right", ncols=1 if each is axes else 3)
+        each.margins(y=0.28)
+        each.locator_params(axis="x", nbins=5)
+        plots.legend(each, loc="lower center", ncols=2 if each is axes else 3, columnspacing=1.0)
     return figure
 
 
@@ -281,7 +285,7 @@ def comparison(problem: DesignProblem) -> Figure:
         machine = problem.mechanism(design)
         assert isinstance(machine, StrokeLeg)
         axes = plots.panel(
-            figure, (0.08 + 0.49 * k, 0.09, 0.42, 0.74), x="x (mm)",
+            figure, (0.09 + 0.48 * k, 0.09, 0.42, 0.78), x="x (mm)",
             y="" if k else "z (mm)", title=title,
         )  # fmt: skip
         pose = machine.foot(np.array([0.25 * np.pi, 0.0]))
@@ -318,7 +322,7 @@ def thrust_against_rate(problem: DesignProblem) -> Figure:
         linewidth=1.4,
     )  # fmt: skip
     axes.fill_between(
-        GAIT_RATES, solved.optima, solved.optima.min() * 0.95, color="none",
+        GAIT_RATES, solved.optima, solved.optima.min() * 0.95, facecolor="none",
         edgecolor=plots.STYLE["faint"], hatch="////", linewidth=0.0, alpha=0.6,
     )  # fmt: skip
     axes.grid(visible=True, color=plots.STYLE["grid"], linewidth=0.5)
@@ -412,7 +416,7 @@ def _draw_leg(
 
 def _letter(axes: Axes, machine: Leg, pose: FloatArray) -> None:
     """Write the joints' letters beside them."""
-    shifts = {"O": (-11, -1), "A": (-10, 2), "D": (-10, -7), "B": (6, 2), "C": (7, -3)}
+    shifts = {"O": (-13, -3), "A": (-11, 3), "D": (-11, -10), "B": (6, 2), "C": (7, -3)}
     for letter, point in machine.points(pose).items():
         shift = shifts.get(letter, (6 if point[0] > -1e-9 else -11, -3))
         plots.remark(axes, letter, tuple(1e3 * point), dot=False, xytext=shift)
@@ -437,10 +441,12 @@ def _measured(problem: DesignProblem, design: FloatArray) -> str:
     )
 
 
-def _share_across(machine: StrokeLeg) -> float:
-    """Return on which share of the rectangle of theta and varphi A is across its dead line."""
-    angles = machine.dead_point_angles(machine.workspace_grid(401, 401))
-    return float((angles["dead_A_short"] < 0.0).mean())
+def _share_across(problem: DesignProblem) -> float:
+    """Return on which share of the rectangle A is across its dead line: a corner is cut off."""
+    task = problem.task
+    found = problem.evaluate(problem.printed_design()[None]).indices["dead_A_short"]
+    crossed = max(0.0, -float(found[0]))
+    return 0.25 * crossed**2 / (task.swing * (task.theta_max - task.theta_min))
 
 
 def _draw_condition(axes: Axes, machine: StrokeLeg) -> None:
@@ -460,13 +466,14 @@ def _draw_condition(axes: Axes, machine: StrokeLeg) -> None:
         margin = np.minimum(angles[f"dead_{crank}_short"], angles[f"dead_{crank}_long"])
         axes.contourf(x, z, margin, levels=[-np.inf, 0.0], colors="white", alpha=0.6)
         hatch(axes, x, z, -margin, 0.0, "bad")
-    for text, place in (("A on OB", (-640.0, -330.0)), ("D on OC", (560.0, -300.0))):
+    for text, place in (("A across OB", (-700.0, -230.0)), ("D across OC", (370.0, -130.0))):
         axes.text(
             *place, text, fontsize=plots.STYLE["small"], color=plots.STYLE["bad"], ha="center",
-            va="bottom", fontfamily=plots.STYLE["font"],
+            va="center", fontfamily=plots.STYLE["font"],
         )  # fmt: skip
     axes.plot(*1e3 * machine.workspace().T, color=plots.STYLE["ink"], linewidth=1.4)
     axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(-900.0, 900.0), ylim=(-1040.0, -70.0))
     colour_bar(axes, bands, plots.label("eta", ""))
 
 
@@ -495,7 +502,7 @@ def _draw_sweep(axes: Axes, x: FloatArray, y: FloatArray, defined: FloatArray) -
     """Draw a curve, and hatch where it is undefined."""
     axes.plot(x, y, color=plots.STYLE["lines"][0], linewidth=1.6, zorder=4)
     axes.fill_between(
-        x, 0.0, 1.0, where=~defined, transform=axes.get_xaxis_transform(), color="none",
+        x, 0.0, 1.0, where=~defined, transform=axes.get_xaxis_transform(), facecolor="none",
         edgecolor=plots.STYLE["faint"], hatch="/////", linewidth=0.0, alpha=0.5, zorder=1,
     )  # fmt: skip
 
