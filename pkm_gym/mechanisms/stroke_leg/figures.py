@@ -227,7 +227,7 @@ def speeds(problem: DesignProblem) -> Figure:
         axes.set_xlim(0.0, step.period)
         axes.margins(y=0.24)
         axes.locator_params(axis="x", nbins=5)
-        plots.legend(axes, loc="lower right" if k == 0 else "lower center", title="cylinder")
+        plots.legend(axes, loc="lower right" if k == 0 else "upper center", title="cylinder")
     return figure
 
 
