@@ -72,7 +72,7 @@ def save_animation(figures: Iterable[Figure], path: str | Path, fps: float) -> P
     """
     path = Path(path)
     frames = [Image.fromarray(figure_to_array(figure)) for figure in figures]
-    palette = frames[0].quantize(64, dither=Image.Dither.NONE)
+    palette = frames[0].quantize(128, Image.Quantize.MAXCOVERAGE)
     small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     with whole_file(path) as part:
         small[0].save(

@@ -265,7 +265,7 @@ def speed_errors(problem: DesignProblem) -> Figure:
     beside.plot([], [], color=plots.STYLE["bad"], linestyle="--", label="±1.6, the paper's")
     for each in (axes, beside):
         each.set_xlim(0.0, driven.times[-1])
-        each.margins(y=0.28)
+        each.margins(y=0.4)
         each.locator_params(axis="x", nbins=5)
         plots.legend(each, loc="lower center", ncols=2 if each is axes else 3, columnspacing=1.0)
     return figure
