@@ -80,6 +80,7 @@ class Declaration:
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified.
+        starts: from how many of them each search descends; 0: differential evolution searches.
         splits: split -> number of tasks.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
@@ -104,6 +105,7 @@ class Declaration:
     motion: Mapping[str, Any] | None = None
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
+    starts: int = 0
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
     measured: bool = field(default=False, init=False)

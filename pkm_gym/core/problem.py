@@ -138,6 +138,19 @@ class DesignProblem(ABC):
         """Return the local indices of a machine at poses (..., k), by the design's index."""
         return machine.index_maps(pose)
 
+    def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return what a descent works on, of designs (n, d): rows (n, 1 + p), all finite.
+
+        First the log objective, smaller is better, then by how much limits are broken, > 0 where
+        they are: those of ``evaluate``, or taken apart so that each is smooth. See ``descent``.
+        """
+        evaluation = self.evaluate(designs, tasks)
+        first, values = self.objectives[0], evaluation.objectives[:, 0]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            log = first.sign * np.log(first.offset + values)
+        log = np.where(np.isfinite(log), log, merit.CAP)
+        return np.column_stack([log, evaluation.constraints + merit.TOLERANCE])
+
     def _grid(self) -> FloatArray | None:
         """Return the paper's grid of complete designs, or None where the paper has none."""
         return None

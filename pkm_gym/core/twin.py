@@ -87,8 +87,8 @@ class TwinModule(Protocol):
     """What the twin.py of a mechanism holds, whose ``twin_module`` names it.
 
     Where the mechanism has dynamics, ``build_lumped`` beside it returns the model that the dynamics
-    describes. ``piston_speeds`` beside it, of a machine of cylinders, drives the twin along its path
-    and returns ``poses`` and the speeds ``twin`` and ``analytic``, m/s, which the check compares.
+    describes. ``piston_speeds`` beside it, of a machine of cylinders, drives the twin along its
+    path and returns ``poses`` and the speeds ``twin`` and ``analytic``, which the check compares.
     """
 
     SOLVER: Solver

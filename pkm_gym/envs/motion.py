@@ -33,8 +33,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Description
     A design's MuJoCo twin stands at the start of its task's path: the Diamond's pick-and-place
-    cycle, or the 3-SPR's way down, across and up. The agent's actions are the motors' forces; it
-    is to keep the tool on the path, which moves on whether the tool follows or not.
+    cycle, the 3-SPR's way down, across and up, or the leg's step. The agent's actions are the
+    motors' forces; it is to keep the tool on the path, which moves on whether the tool follows or
+    not.
 
     MuJoCo takes ``frame_skip`` steps in each step of the environment, during which the forces are
     held. ``speed`` is how many times as fast as the paper's the path is run.
@@ -43,6 +44,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     |---|---|---:|---:|---:|
     | PKM/DiamondMotion-v0 | 0.30 s | 1 | 1 ms | 300 |
     | PKM/SPR3Motion-v0 | 2.95 s; other designs have paths of other lengths | 20 | 5 ms | 590 |
+    | PKM/StrokeLegMotion-v0 | 4 s, a step of ours | 0.5 | 6 ms | 667 |
 
     ## Action Space
     ``Box(-1, 1, (k,), float32)`` for ``k`` motors: the force (N) or torque (N m) over

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from functools import partial
-from math import ceil
+from itertools import repeat
+from multiprocessing import get_context
 from pathlib import Path
+from signal import SIG_IGN, SIGINT, signal
 
 import numpy as np
 from rich.console import Console
@@ -20,6 +23,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
+FEW = 16  # the same where one process descends for one task after the other
 NAMED = 20  # uncertified tasks that are named one by one
 
 ARRAYS = tuple(item.name for item in fields(Solutions) if item.name != "evaluations")
@@ -36,11 +40,17 @@ class Job:
     command: str
     part: Path
 
-    def chunks(self) -> Iterator[tuple[int, FloatArray]]:
-        """Yield a seed and the tasks of each chunk."""
-        for chunk, first in enumerate(range(0, len(self.tasks), CHUNK)):
-            state = np.random.SeedSequence([self.seed, chunk]).generate_state(1, np.uint64)
-            yield int(state[0]), self.tasks[first : first + CHUNK]
+    @property
+    def chunk(self) -> int:
+        """How many tasks are solved at once."""
+        return FEW if self.problem.declared.starts else CHUNK
+
+    def chunks(self, done: int) -> Iterator[tuple[int, FloatArray]]:
+        """Yield a seed and the tasks of each chunk beyond the first ``done`` tasks."""
+        for chunk, first in enumerate(range(0, len(self.tasks), self.chunk)):
+            if first >= done:
+                state = np.random.SeedSequence([self.seed, chunk]).generate_state(1, np.uint64)
+                yield int(state[0]), self.tasks[first : first + self.chunk]
 
     def keep(self, solved: Solutions) -> None:
         """Write what is solved so far."""
@@ -84,7 +94,7 @@ def solve(job: Job, screen: Console) -> Solutions:
         screen.print(
             f"what is solved is kept in {job.part}: the same command goes on from there"
             if job.part.exists()
-            else f"nothing is kept before the first {CHUNK} tasks are solved",
+            else f"nothing is kept before the first {job.chunk} tasks are solved",
             soft_wrap=True,
         )
         raise
@@ -103,18 +113,48 @@ def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solution
     with counter(screen, "tasks") as bar:
         done = len(solved.tasks) if solved else 0
         line = bar.add_task("solving", total=len(job.tasks), completed=done)
-        for seed, tasks in list(job.chunks())[ceil(done / CHUNK) :]:
-            part = solve_tasks(
-                job.problem,
-                tasks,
-                seed=seed,
-                progress=partial(_advance, bar, line, done),
-            )
+        parts = (
+            _descents(job, done) if job.problem.declared.starts else _searches(job, done, bar, line)
+        )
+        for part in parts:
             solved = _joined(solved, part)
-            done = len(solved.tasks)
+            bar.update(line, completed=len(solved.tasks))
             job.keep(solved)
     assert solved is not None  # there is at least one task
     return solved
+
+
+def _searches(job: Job, done: int, bar: Progress, line: TaskID) -> Iterator[Solutions]:
+    """Yield chunk after chunk, each solved on all cores."""
+    for seed, tasks in job.chunks(done):
+        yield solve_tasks(
+            job.problem, tasks, seed=seed, progress=partial(_advance, bar, line, done)
+        )
+        done += len(tasks)
+
+
+def _descents(job: Job, done: int) -> Iterator[Solutions]:
+    """Yield chunk after chunk, each solved by a process of its own."""
+    context = get_context("spawn")
+    with ProcessPoolExecutor(mp_context=context, initializer=_work_alone) as pool:
+        try:
+            yield from pool.map(
+                _solve_chunk, repeat(job.problem), *zip(*job.chunks(done), strict=True)
+            )
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _work_alone() -> None:
+    """Leave the other cores and Ctrl-C to others."""
+    import numba
+
+    numba.set_num_threads(1)
+    signal(SIGINT, SIG_IGN)
+
+
+def _solve_chunk(problem: DesignProblem, seed: int, tasks: FloatArray) -> Solutions:
+    return solve_tasks(problem, tasks, seed=seed)
 
 
 def _advance(bar: Progress, line: TaskID, before: int, count: int) -> None:

@@ -189,7 +189,7 @@ STROKE_LEG = Declaration(
         Objective("force", "minimise", worst=1e4, scale=48.3153, powers={"l": 1}),
     ),
     penalty_weight=10.0,
-    motion={"speed": 0.75, "frame_skip": 16},  # 667 steps of 4 ms
+    motion={"speed": 0.5, "frame_skip": 24},
     family={
         "free": ("l1", "l3", "l6", "phi", "th3", "gamma"),
         "bounds": {"phi": (radians(80.0), radians(160.0))},
@@ -201,6 +201,9 @@ UNDEFINED = undefined(Indices)
 
 
 # A leg for a gait ---------------------------------------------------------------------------------
+
+LEAST_OPENING, MOST_OPENING = radians(10.0), radians(80.0)  # of theta
+LEAST_CLEARANCE = radians(5.0)  # of a crank to its dead line
 
 
 @dataclass(frozen=True)
@@ -313,9 +316,9 @@ STROKE_LEG_GAIT = Declaration(
     constraints=(
         "dimensions",
         "reach",
-        Limit("opening_low", "lower", radians(10.0), of="theta_min"),
-        Limit("opening_high", "upper", radians(80.0), of="theta_max"),
-        *(Limit(name, "lower", radians(5.0)) for name in DEAD_POINTS),
+        Limit("opening_low", "lower", LEAST_OPENING, of="theta_min"),
+        Limit("opening_high", "upper", MOST_OPENING, of="theta_max"),
+        *(Limit(name, "lower", LEAST_CLEARANCE) for name in DEAD_POINTS),
         *_cylinder_limits(2),
         *_cylinder_limits(4),
         Limit("thrust", "upper", "thrust", scale="relative"),
@@ -326,8 +329,7 @@ STROKE_LEG_GAIT = Declaration(
     objectives=(Objective("thrust_rms", "minimise"),),
     reference="gait.toml",
     evaluations=24,
-    searches=2,
-    splits={"train": 4096, "val": 256, "test": 256, "ood": 256},
+    starts=6,
 )
 
 GAIT_TASK, GAIT_DESIGN = record(GaitTask), record(GaitDesign)

@@ -108,45 +108,43 @@ def cone_share(sine: float, cosine: float, sin_cone: float, cos_cone: float) -> 
 
 
 @kernel
-def extremes_on_boundary(
+def fill_boundary(
     low: tuple[float, float],
     size: tuple[float, float],
     side: float,
     cone: float,
     links: Links,
     edge: FloatArray,
-) -> tuple[float, float, float, float, float, float, float]:
-    """Return the ranges of s and d (rad), largest thrust and rate, and the smallest gap (m).
+    values: FloatArray,
+) -> None:
+    """Fill ``values`` (7, n) at n points of the rectangle's boundary, see ``BOUNDARY``.
 
-    On the boundary of the rectangle; thrust and rate are of no meaning across a dead line.
+    s and d (rad), the largest force of either cylinder within the cone, the speed of either piston,
+    and the gap (m). Forces and speeds are of no meaning across a dead line.
     """
     l1, ob, theta_b, l5, l6, phi, gamma = links
-    bx, bz = ob * math.cos(theta_b), ob * math.sin(theta_b)
     sin_b, cos_b = math.sin(theta_b), math.cos(theta_b)
+    bx, bz = ob * cos_b, ob * sin_b
     sin_p, cos_p, sin_g, cos_g = math.sin(phi), math.cos(phi), math.sin(-gamma), math.cos(-gamma)
     sin_cone, cos_cone = math.sin(cone), math.cos(cone)
-    s_min = d_min = gap = math.inf
-    s_max = d_max = -math.inf
-    thrust = rate = 0.0
     for i in range(edge.shape[0]):
         x, z = low[0] + size[0] * edge[i, 0], low[1] + size[1] * edge[i, 1]
         sin_s, cos_s, sin_d, cos_d = sums(x, z, side)
-        s, d = math.atan2(sin_s, cos_s), math.atan2(sin_d, cos_d)
-        s_min, s_max, d_min, d_max = min(s_min, s), max(s_max, s), min(d_min, d), max(d_max, d)
         sin_a, cos_a = turned(sin_s, cos_s, sin_p, cos_p)
         sin_m, cos_m = turned(sin_d, cos_d, sin_g, cos_g)
-        gap = min(gap, gap_of(sin_a, cos_a, sin_m, cos_m, bx, bz, links))
         minus_cosine2, minus_sine2 = turned(sin_a, cos_a, sin_b, cos_b)
         _, k2 = cylinder(l1, ob, -minus_cosine2, -minus_sine2)
         _, k4 = cylinder(l5, l6, sin_m, -cos_m)
-        k2, k4 = abs(k2), abs(k4)
-        thrust = max(
-            thrust,
-            cone_share(sin_s, cos_s, sin_cone, cos_cone) / k2,
-            cone_share(sin_d, cos_d, sin_cone, cos_cone) / k4,
-        )
-        rate = max(rate, max(k2, k4) / (sin_s * cos_d + cos_s * sin_d))  # sin 2 theta
-    return s_min, s_max, d_min, d_max, 2.0 * side * thrust, rate / (2.0 * side), gap
+        by2, by4 = 2.0 * side / abs(k2), 2.0 * side / abs(k4)
+        sin_2t = sin_s * cos_d + cos_s * sin_d
+        values[0, i], values[1, i] = math.atan2(sin_s, cos_s), math.atan2(sin_d, cos_d)
+        values[2, i] = by2 * cone_share(sin_s, cos_s, sin_cone, cos_cone)
+        values[3, i] = by4 * cone_share(sin_d, cos_d, sin_cone, cos_cone)
+        values[4, i], values[5, i] = 1.0 / (by2 * sin_2t), 1.0 / (by4 * sin_2t)
+        values[6, i] = gap_of(sin_a, cos_a, sin_m, cos_m, bx, bz, links)
+
+
+BOUNDARY = ("s", "d", "thrust2", "thrust4", "rate2", "rate4", "gap")
 
 
 @kernel
@@ -156,10 +154,12 @@ def measure_one(
     nodes: FloatArray,
     weights: FloatArray,
     edge: FloatArray,
+    values: FloatArray,
 ) -> tuple[GaitIndices, GaitLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach.
 
-    Where the rhombi don't reach, or a crank crosses its dead line.
+    Where the rhombi don't reach, or a crank crosses its dead line. Leaves what it saw on the
+    boundary in ``values`` (7, n).
     """
     l1, l3, l6, side = design.l1, design.l3, design.l6, design.l
     impossible = dimensions_violation((l1, l3, l6, side), SMALLEST)
@@ -177,9 +177,9 @@ def measure_one(
     ob, theta_b = frame_side(l3, l6, design.th3)
     links = (l1, ob, theta_b, l1, l6, design.phi, design.gamma)
     low, size = (task.x0 - half, -hip), (task.stride, lift)
-    s_min, s_max, d_min, d_max, thrust, rate, gap = extremes_on_boundary(
-        low, size, side, task.cone, links, edge
-    )
+    fill_boundary(low, size, side, task.cone, links, edge, values)
+    s_min, s_max = values[0].min(), values[0].max()
+    d_min, d_max = values[1].min(), values[1].max()
     A_short, A_long, D_short, D_long = dead_point_margins(s_min, s_max, d_min, d_max, links)
     a_max, at_d_min = crank_angles(s_min, d_min, theta_b, design.phi, design.gamma)
     a_min, at_d_max = crank_angles(s_max, d_max, theta_b, design.phi, design.gamma)
@@ -187,16 +187,16 @@ def measure_one(
     l4_min, l4_max = cylinder_range(l1, l6, at_d_min, at_d_max)
     margin = min(A_short, A_long, D_short, D_long)
     unreached = DEAD + max(0.0, -margin) if margin < DEAD else 0.0
-    rms = math.nan
+    rms = thrust = rate = math.nan
     if unreached == 0.0:
         rms = math.sqrt(mean_square_force(low, size, side, links, nodes, weights))
-    else:
-        thrust = rate = math.nan
+        thrust = max(values[2].max(), values[3].max())
+        rate = max(values[4].max(), values[5].max())
     indices = GaitIndices(
         thrust_rms=rms,
         thrust=thrust,
         rate=rate,
-        gap=gap,
+        gap=values[6].min(),
         mount=mount,
         stroke2=l2_max - l2_min,
         stroke4=l4_max - l4_min,
@@ -236,9 +236,10 @@ def measure(
 ) -> None:
     """Fill the rows of ``GaitIndices`` and ``GaitLimits`` and unreached (n,) of designs (n, 7)."""
     for i in numba.prange(designs.shape[0]):
+        values = np.empty((len(BOUNDARY), edge.shape[0]))
         task = tasks.view(GAIT_TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(GAIT_DESIGN)[i, 0]
-        indices, limits, unreached[i] = measure_one(design, task, nodes, weights, edge)
+        indices, limits, unreached[i] = measure_one(design, task, nodes, weights, edge, values)
         write(table[i], indices)
         write(own[i], limits)
 
@@ -263,6 +264,15 @@ class StrokeLegGaitProblem(DesignProblem):
             4.0 * len(designs), designs, tasks, *self._nodes, self._edge, rows.table, rows.own,
             rows.unreached,
         )  # fmt: skip
+
+    def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the log objective and the limits at every point of the boundary, one by one."""
+        from pkm_gym.mechanisms.stroke_leg.smooth import columns, take_apart
+
+        rows = np.empty((len(designs), columns(len(self._edge))))
+        full = np.ascontiguousarray(self.complete(designs))
+        take_apart(5.0 * len(full), full, tasks, *self._nodes, self._edge, rows)
+        return rows
 
     def _mechanism(self, design: FloatArray, task: GaitTask) -> GaitLeg:
         named = super().sizes(design)

@@ -5,8 +5,8 @@ turns on the one before. Barrels turn on the frame at B and C, in each slides a 
 place are the bars' middles at G, their ends at the foot I, and the rods' ends at A and D. The paper
 gives no masses: those here are aluminium links, barrels and rods of steel, as they are drawn.
 
-The servos are as stiff as cylinders of oil, so the twin is without gravity: what its weight does to
-them is tens of times larger at the foot, and known without a simulation.
+A cylinder that gives way by a tenth of a millimetre moves the foot by millimetres. So the servos
+are stiff, and the twin is without gravity; the check reports how far it would sag.
 """
 
 from __future__ import annotations
@@ -29,8 +29,7 @@ from pkm_gym.core.twin import (
     new_spec,
 )
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.stroke_leg.mechanism import Leg
-from pkm_gym.mechanisms.stroke_leg.looks import (
+from pkm_gym.mechanisms.stroke_leg.drawn_twin import (
     CHAINS,
     CYLINDER,
     FOOT,
@@ -40,6 +39,7 @@ from pkm_gym.mechanisms.stroke_leg.looks import (
     draw_frame,
     thickness,
 )
+from pkm_gym.mechanisms.stroke_leg.mechanism import Leg
 from pkm_gym.mechanisms.stroke_leg.step import Step
 from pkm_gym.mechanisms.stroke_leg.workspace import GaitLeg
 
@@ -67,13 +67,13 @@ def build(machine: Leg, pose: FloatArray) -> mujoco.MjSpec:
     l, at = machine.l, machine.points(pose)
     draw_frame(spec, base, (at["O"], at["C"], at["B"]), height, thick)
     for look in CHAINS:
-        crank, first, second = look.letters
+        crank, bar = look.letters[0], look.letters[1:]
         links = _add_chain(base, look, values, l)
         length, angle = {"A": (machine.l1, machine.phi), "D": (machine.l5, machine.gamma)}[crank]
         end = length * np.array([np.cos(angle), -np.sin(angle)])
         _add_site(links[0], crank, end)
-        _add_site(links[1], f"G_{first}{second}", (l, 0.0))
-        _add_site(links[2], f"I_{second}", (l, 0.0))
+        _add_site(links[1], f"G_{bar}", (l, 0.0))
+        _add_site(links[2], f"I_{bar[1]}", (l, 0.0))
         draw_chain(links, look, l, end, thick)
     _add_site(spec.body("JI"), "tcp", (l, 0.0))
     shortest = _shortest(machine, pose)
@@ -81,10 +81,7 @@ def build(machine: Leg, pose: FloatArray) -> mujoco.MjSpec:
         machine.joint_names, "BC", shortest, (0.0, CYLINDER), strict=True
     ):
         barrel = _add_link(base, f"barrel{name[1:]}", frame, at[frame], values[frame])
-        rod = barrel.add_body(name=f"rod{name[1:]}", pos=[values[name], 0.0, 0.0])
-        slide = mujoco.mjtJoint.mjJNT_SLIDE
-        rod.add_joint(name=name, type=slide, axis=[1.0, 0.0, 0.0], ref=values[name])
-        _add_site(rod, f"end{name[1:]}", (0.0, 0.0))
+        rod = _add_rod(barrel, name, values[name])
         draw_cylinder(barrel, rod, long, plane * thick, thick)
         add_drive(spec, name, values[name], STIFFNESS / BANDWIDTH**2)
     for loop, ends in LOOPS.items():
@@ -118,11 +115,16 @@ def draw_poses(machine: Leg, n: int, generator: np.random.Generator) -> FloatArr
     """Return the workspace's corners and n random poses of it, as far as both cranks are clear.
 
     Across a dead line (a design that isn't feasible) cylinders can't hold the leg as it was built.
+
+    Raises:
+        ValueError: where no pose is clear.
     """
     grid = machine.workspace_grid(25, 25)
     corners = grid[[0, 0, -1, -1], [0, -1, 0, -1]]
     inside = grid.reshape(-1, 2)
     clear, drawn = _clear(machine, corners), inside[_clear(machine, inside)]
+    if not len(drawn):
+        raise ValueError("its cranks cross their dead lines at every pose of its workspace")
     return np.concatenate([corners[clear], drawn[generator.integers(len(drawn), size=n)]])
 
 
@@ -183,7 +185,8 @@ def piston_speeds(machine: Leg, step: Step | None = None, samples: int = 200) ->
     rates = [model.joint(name).dofadr[0] for name in machine.joint_names]
     origin, foot = (model.site(name).id for name in ("origin", "tcp"))
     wanted = np.round(np.linspace(0, moves, samples + 1)[1:]).astype(int)
-    measured, ends = [], []
+    measured: list[FloatArray] = []
+    ends: list[FloatArray] = []
     for k in range(1, moves + 1):
         data.ctrl[servos] = controls[k]
         mujoco.mj_step(model, data)
@@ -248,7 +251,7 @@ def _add_chain(
     base: mujoco.MjsBody, look: Chain, values: dict[str, float], l: float
 ) -> tuple[mujoco.MjsBody, mujoco.MjsBody, mujoco.MjsBody]:
     """Add an upper link of the rhombi, the long bar on it, and the lower link on that one."""
-    _, first, second = look.letters
+    first, second = look.letters[1], look.letters[2]
     upper = _add_link(base, f"O{first}", look.joint, (0.0, 0.0), values[look.joint])
     middle = _add_link(upper, f"{first}{second}", first, (l, 0.0), values[first])
     return upper, middle, _add_link(middle, f"{second}I", second, (2.0 * l, 0.0), values[second])
@@ -267,6 +270,15 @@ def _add_link(
     hinge = mujoco.mjtJoint.mjJNT_HINGE
     body.add_joint(name=joint, type=hinge, axis=[0.0, 0.0, 1.0], ref=angle, damping=DAMPING)
     return body
+
+
+def _add_rod(barrel: mujoco.MjsBody, joint: str, length: float) -> mujoco.MjsBody:
+    """Add a rod that slides in a barrel along its x axis and ends at a site."""
+    rod = barrel.add_body(name=f"rod{joint[1:]}", pos=[length, 0.0, 0.0])
+    slide = mujoco.mjtJoint.mjJNT_SLIDE
+    rod.add_joint(name=joint, type=slide, axis=[1.0, 0.0, 0.0], ref=length)
+    _add_site(rod, f"end{joint[1:]}", (0.0, 0.0))
+    return rod
 
 
 def _add_site(body: mujoco.MjsBody, name: str, at: tuple[float, float] | FloatArray) -> None:

@@ -109,7 +109,7 @@ def draw_frame(
     for x in (middle - half, middle + half):
         post = 0.6 * top + 1.7 * thick - low
         add_box(base, (x, low + 0.5 * post, behind), (1.7 * thick, 0.5 * post, 1.7 * thick))
-        add_box(base, (x, low - 0.4 * thick, behind), (3.0 * thick, 0.4 * thick, 7.0 * thick))
+        add_box(base, (x, low - 0.4 * thick, behind), (3.0 * thick, 0.4 * thick, 3.6 * thick))
 
 
 def _draw_bars(
