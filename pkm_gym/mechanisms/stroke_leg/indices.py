@@ -24,7 +24,9 @@ from pkm_gym.mechanisms.stroke_leg.kinematics import (
 
 KINK = 0.25 * math.pi
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-SHRINKS = 40  # of an interval of theta, to 4e-9 of its length
+SHRINKS = 24  # of an interval of theta, to 1e-5 of its length
+HALVES = 10  # of an interval of varphi
+ASIDE = 1e-4  # of the swing: how far off a slope is felt
 
 
 # Samples ------------------------------------------------------------------------------------------
@@ -122,8 +124,8 @@ def least_condition(
 ) -> float:
     """Return the smallest condition number over the rectangle, eq. (21).
 
-    1 where |k2| - |k4| changes sign on the line theta = 45 deg, else the least on the edges
-    varphi = +-swing.
+    1 where |k2| - |k4| changes sign on the line theta = 45 deg; else the least on the edges
+    varphi = +-swing, or between them where it falls inwards from one (cranks of unlike lengths).
     """
     signs = 0.0
     for j in range(along.shape[0] + 2):
@@ -134,15 +136,31 @@ def least_condition(
         if j > 0 and sign != signs:
             return 1.0
         signs = sign
-    return min(
-        least_on_edge(theta_min, theta_max, swing, links),
-        least_on_edge(theta_min, theta_max, -swing, links),
-    )
+    low, high = -swing, swing
+    theta, left = least_at(theta_min, theta_max, low, links)
+    inwards = condition_at(theta, low + ASIDE * swing, links) < left
+    theta, right = least_at(theta_min, theta_max, high, links)
+    inwards = inwards or condition_at(theta, high - ASIDE * swing, links) < right
+    least = min(left, right)
+    for _ in range(HALVES if inwards else 0):
+        varphi = 0.5 * (low + high)
+        theta, here = least_at(theta_min, theta_max, varphi, links)
+        least = min(least, here)
+        if condition_at(theta, varphi + ASIDE * swing, links) < here:
+            low = varphi
+        else:
+            high = varphi
+    return least
 
 
 @kernel
-def least_on_edge(theta_min: float, theta_max: float, varphi: float, links: Links) -> float:
-    """Return the smallest condition number at one varphi, by the golden section."""
+def least_at(
+    theta_min: float, theta_max: float, varphi: float, links: Links
+) -> tuple[float, float]:
+    """Return the theta of the smallest condition number at one varphi, and that number.
+
+    By the golden section.
+    """
     low, high = theta_min, theta_max
     first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     at_first = condition_at(first, varphi, links)
@@ -156,7 +174,7 @@ def least_on_edge(theta_min: float, theta_max: float, varphi: float, links: Link
             low, first, at_first = first, second, at_second
             second = low + GOLDEN * (high - low)
             at_second = condition_at(second, varphi, links)
-    return min(at_first, at_second)
+    return (first, at_first) if at_first < at_second else (second, at_second)
 
 
 @kernel
