@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.plots.design import design_figure, index_map_figure
 
@@ -47,10 +49,10 @@ Animations: TypeAlias = Mapping[str, Animation]
 def machine_pictures(name: str, *, printed: bool = True) -> dict[str, Picture]:
     """Return the pictures that every mechanism has: its optimum and, if any, its printed design."""
     pictures = {
-        name: Picture("the verified optimum", lambda p: design_figure(p, _optimum(p))),
+        name: Picture("the optimum of the default task", lambda p: design_figure(p, _optimum(p))),
         "printed": Picture("the printed design", lambda p: design_figure(p, p.printed_design())),
         f"{name}_maps": Picture(
-            "index maps of the verified optimum", lambda p: index_map_figure(p, _optimum(p))
+            "index maps of the optimum", lambda p: index_map_figure(p, _optimum(p))
         ),
         "printed_maps": Picture(
             "index maps of the printed design", lambda p: index_map_figure(p, p.printed_design())
@@ -60,5 +62,8 @@ def machine_pictures(name: str, *, printed: bool = True) -> dict[str, Picture]:
 
 
 def _optimum(problem: DesignProblem) -> FloatArray:
-    """Return the first of the verified optima, the one of the default task and objective."""
-    return problem.design(next(iter(problem.reference.optima.values())).design)
+    """Return the first of the verified optima, of the default task and objective, or solve it."""
+    optima = problem.reference.optima
+    if not optima:
+        return np.asarray(solve_tasks(problem, problem.pack(None)[None]).designs[0])
+    return problem.design(next(iter(optima.values())).design)

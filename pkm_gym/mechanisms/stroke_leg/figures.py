@@ -1,4 +1,4 @@
-"""The leg's figures: Figs 3-8 of the paper with our model, the machine, its trot, a gait's limits."""
+"""The leg's figures: Figs 3-8 of the paper with our model, the machine, thrust against flow."""
 
 from __future__ import annotations
 
@@ -59,7 +59,9 @@ def workspace(problem: DesignProblem) -> Figure:
     axes.plot(*crown.T, color=plots.STYLE["ink"], linewidth=1.2, zorder=2)
     wide, high = PRINTED_EXTENT
     box = np.array([(-1, 0), (1, 0), (1, 2), (-1, 2), (-1, 0)]) * (0.5 * wide, 0.5 * high)
-    axes.plot(*(box + (0.0, bottom)).T, color=plots.STYLE["bad"], linestyle="--", linewidth=1.1)
+    axes.plot(
+        *(box + np.array([0.0, bottom])).T, color=plots.STYLE["bad"], linestyle="--", linewidth=1.1
+    )
     pose = machine.foot(np.array([np.radians(45.0), 0.0]))
     _draw_leg(axes, machine, pose, alpha=0.9)
     for theta, varphi, text, side in (
@@ -302,7 +304,7 @@ def comparison(problem: DesignProblem) -> Figure:
 
 
 def thrust_against_rate(problem: DesignProblem) -> Figure:
-    """Draw the least thrust that a gait's leg can have, over the speed that its pistons may have."""
+    """Draw the least thrust of a gait's leg over the speed that its pistons may have."""
     tasks = np.array([problem.pack({"rate": rate}) for rate in GAIT_RATES.tolist()])
     solved = solve_tasks(problem, tasks)
     evaluation = problem.evaluate(solved.designs, tasks)
