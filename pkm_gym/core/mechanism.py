@@ -17,9 +17,12 @@ if TYPE_CHECKING:
 
 
 class Link(NamedTuple):
-    """A body of the machine as it is drawn: points (n, 2) in its plane or (n, 3) in space, m."""
+    """A body of the machine as it is drawn: points (n, 2) in its plane or (n, 3) in space, m.
 
-    role: Literal["base", "arm", "rod", "platform"]
+    An arm of more than two points is a plate; a cylinder's are the barrel's ends and the rod's tip.
+    """
+
+    role: Literal["base", "arm", "rod", "cylinder", "platform"]
     points: FloatArray
 
 

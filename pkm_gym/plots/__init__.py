@@ -5,7 +5,7 @@ display are never needed, so that threads may draw at the same time. Lengths are
 angles in degrees.
 """
 
-from pkm_gym.plots.canvas import figure_to_array, save
+from pkm_gym.plots.canvas import figure_to_array, save, save_animation
 from pkm_gym.plots.design import design_figure, index_map_figure
 from pkm_gym.plots.machine import draw_machine
 from pkm_gym.plots.space import Slice, draw_bounds, draw_infeasible, draw_slice, draw_valley, mark
@@ -40,6 +40,7 @@ __all__ = [
     "panel",
     "remark",
     "save",
+    "save_animation",
     "shown",
     "symbol",
 ]

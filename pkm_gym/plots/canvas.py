@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from pkm_gym.core.files import whole_file
 
@@ -57,4 +59,24 @@ def save(figure: Figure, path: str | Path, *, dpi: float | None = None) -> Path:
         raise ValueError(f"can't write {str(path)!r}: a picture's name ends in .png, .svg or .pdf")
     with whole_file(path) as part, _drawing:
         figure.savefig(part, format=form[1:], dpi=dpi or "figure", metadata=FORMATS[form])
+    return path
+
+
+def save_animation(figures: Iterable[Figure], path: str | Path, fps: float) -> Path:
+    """Write figures of one size as the frames of an endless .gif, and return its path.
+
+    Its folder is made. All frames share the first one's colours.
+
+    Raises:
+        OSError: where the file can't be written.
+    """
+    path = Path(path)
+    frames = [Image.fromarray(figure_to_array(figure)) for figure in figures]
+    palette = frames[0].quantize(128, Image.Quantize.MAXCOVERAGE)
+    small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    with whole_file(path) as part:
+        small[0].save(
+            part, format="GIF", save_all=True, append_images=small[1:], duration=1000.0 / fps,
+            loop=0, optimize=False,
+        )  # fmt: skip
     return path

@@ -21,10 +21,13 @@ from pkm_gym.plots.style import new_figure, panel, shown, words
 
 RIGHT, EDGE = 0.545, 0.985  # where the column of numbers begins, and where it must end
 APART = 0.022  # between two tables, where there is room for it
-BOTTOM = 0.275  # where it ends; below it stand the broken limits
 GAP = 0.01  # between a name and its number
-LINE = 0.03  # height of a line of words
 WRAP = 72  # letters of a line of words
+# Inches:
+BOTTOM = 1.65  # where the column of numbers ends; below it stand the broken limits
+LINE = 0.18  # height of a line of words
+TALL = 6.0  # of the figure, where its numbers leave room for the map over them
+OVER = 2.6  # of the map over the numbers with its labels, and the title, at least
 
 Rows = Mapping[str, tuple[float, str]]
 
@@ -38,17 +41,20 @@ def design_figure(problem: DesignProblem, design: FloatArray, task: TaskLike = N
         ValueError: for a design of the wrong shape or type, or an illegal task.
     """
     evaluation, machine, chosen = _asked(problem, design, task)
-    figure = new_figure(10.0, 6.0)
-    middle = _write(figure, evaluation, machine, chosen)
+    tables = _numbers(evaluation, machine, chosen)
+    top = BOTTOM + LINE * max(map(len, tables.values()))  # of the numbers, inches
+    tall = max(TALL, top + OVER)
+    figure = new_figure(10.0, tall)
+    _write(figure, evaluation, top, tables)
     if machine is None:
         figure.text(0.29, 0.5, "no machine to draw", ha="center", **words("title", color="faint"))
         return figure
     maps = WorkspaceMaps.of(problem, machine, chosen, _broken(evaluation))
     index = maps.chosen(problem.objectives[0].name)
-    axes = panel(figure, (0.062, 0.085, 0.465, 0.87))
+    axes = panel(figure, (0.062, 0.51 / tall, 0.465, 1.0 - 0.78 / tall))
     draw_map(axes, maps, index, detail=False)
     draw_machine(axes, machine)
-    box = (RIGHT + 0.05, middle + 0.11, 0.29, 0.765 - middle)
+    box = (RIGHT + 0.05, (top + 0.66) / tall, 0.29, 1.0 - (top + 1.41) / tall)
     axes = panel(figure, box)
     draw_map(axes, maps, index)
     return figure
@@ -103,24 +109,27 @@ def _broken(evaluation: Evaluation) -> tuple[str, ...]:
     return tuple(name for name, value in named if value > 0.0)
 
 
-def _write(figure: Figure, evaluation: Evaluation, machine: Mechanism | None, task: Task) -> float:
-    """Write title, verdict, numbers and broken limits; return where the numbers begin."""
+def _numbers(evaluation: Evaluation, machine: Mechanism | None, task: Task) -> dict[str, Rows]:
+    """Return the tables of numbers by their titles."""
     problem, design = evaluation.problem, evaluation.designs[0]
-    verdict, color = ("feasible", "good") if evaluation.feasible[0] else ("infeasible", "bad")
-    figure.text(RIGHT, 0.945, problem.name, **words("title", weight="bold"))
-    figure.text(RIGHT, 0.915, problem.title, **words("small", color="faint"))
-    figure.text(0.985, 0.945, verdict, ha="right", **words("title", color=color))
-
     units = {v.name: v.unit for v in problem.all_variables}
     dimensions = {k: (value, units[k]) for k, value in problem.named(design).items()}
     if machine is not None:
         dimensions.update(problem.derived(design, task))
-    tables = {"indices": _indices(evaluation), "design": dimensions, "task": _changing(task)}
-    top = BOTTOM + LINE * max(map(len, tables.values()))
-    _tables(figure, top, tables, strong=problem.objectives[0].name)
+    return {"indices": _indices(evaluation), "design": dimensions, "task": _changing(task)}
+
+
+def _write(figure: Figure, evaluation: Evaluation, top: float, tables: Mapping[str, Rows]) -> None:
+    """Write title, verdict, numbers from ``top`` (inches) downwards, and broken limits."""
+    problem, tall = evaluation.problem, figure.get_figheight()
+    verdict, color = ("feasible", "good") if evaluation.feasible[0] else ("infeasible", "bad")
+    first, second = 1.0 - 0.33 / tall, 1.0 - 0.51 / tall
+    figure.text(RIGHT, first, problem.name, **words("title", weight="bold"))
+    figure.text(RIGHT, second, problem.title, **words("small", color="faint"))
+    figure.text(EDGE, first, verdict, ha="right", **words("title", color=color))
+    _tables(figure, top / tall, tables, strong=problem.objectives[0].name)
     if not evaluation.feasible[0]:
         _sentences(figure, BOTTOM - 1.6 * LINE, evaluation.explain(0).split("\n"))
-    return top
 
 
 def _indices(evaluation: Evaluation) -> Rows:
@@ -163,7 +172,7 @@ def _table(
     """Write names, numbers right-aligned at x + width, and units from y downwards."""
     figure.text(x, y, title, **words("small", color="faint"))
     for name, (value, unit) in rows.items():
-        y -= LINE
+        y -= LINE / figure.get_figheight()
         number, written = _written(value, unit)
         figure.text(x, y, name, **words("text"))
         figure.text(x + width, y, number, ha="right", **words("text", weight=_weight(name, strong)))
@@ -181,9 +190,9 @@ def _weight(name: str, strong: str) -> str:
 
 
 def _sentences(figure: Figure, y: float, sentences: list[str]) -> None:
-    """Write sentences from y downwards, and just the limits' names where there is no more room."""
-    step = 0.85 * LINE
-    room = int((y - 0.02) / step)
+    """Write sentences from y inches downwards, just the limits' names where room ends."""
+    step, tall = 0.85 * LINE, figure.get_figheight()
+    room = int((y - 0.12) / step)
     lines: list[str] = []
     for k, sentence in enumerate(sentences):
         wrapped = textwrap.wrap(sentence, WRAP, subsequent_indent="    ")
@@ -192,4 +201,4 @@ def _sentences(figure: Figure, y: float, sentences: list[str]) -> None:
             break
         lines += wrapped
     for k, line in enumerate(lines):
-        figure.text(RIGHT, y - k * step, line, **words("small", color="bad"))
+        figure.text(RIGHT, (y - k * step) / tall, line, **words("small", color="bad"))

@@ -10,7 +10,9 @@ from pkm_gym.core.mechanism import Link, Mechanism
 from pkm_gym.core.types import FloatArray
 from pkm_gym.plots.style import STYLE, style_ticks
 
-WIDTHS = {"arm": 5.0, "rod": 2.6}
+WIDTHS = {"arm": 5.0, "rod": 2.6, "cylinder": 2.6}
+BARREL = 6.5
+PLATE = 0.25  # of an arm's colour
 GHOST = 0.28
 
 
@@ -68,12 +70,22 @@ def draw_links(axes: Axes, links: tuple[Link, ...], *, alpha: float, layer: floa
                 markeredgecolor=STYLE["ink"], markeredgewidth=0.8, alpha=alpha, zorder=layer + 0.5,
             )  # fmt: skip
         elif link.role in WIDTHS:
+            if link.role == "arm" and len(x) > 2:
+                axes.fill(
+                    x, y, color=STYLE["arm"], alpha=PLATE * alpha, linewidth=0.0, zorder=layer
+                )
+            if link.role == "cylinder":
+                axes.plot(
+                    x[:2], y[:2], color=STYLE["cylinder"], linewidth=BARREL, alpha=alpha,
+                    solid_capstyle="butt", zorder=layer + 0.1,
+                )  # fmt: skip
             axes.plot(
                 x, y, color=STYLE[link.role], linewidth=WIDTHS[link.role], alpha=alpha,
                 solid_capstyle="round", zorder=layer + 0.2 * (link.role == "arm"),
             )  # fmt: skip
+            ends = len(x) - 1 if link.role == "cylinder" else 1
             axes.plot(
-                x, y, linestyle="none", marker="o", markersize=4, color="white",
+                x, y, linestyle="none", marker="o", markevery=ends, markersize=4, color="white",
                 markeredgecolor=STYLE[link.role], markeredgewidth=1.0, alpha=alpha,
                 zorder=layer + 0.4,
             )  # fmt: skip

@@ -1,18 +1,20 @@
 """Pictures by name: what a mechanism's ``figures.py`` offers, and what every mechanism has.
 
-A ``figures.py`` says what it offers in ``PICTURES`` and, if it has any, ``SOLIDS``: problem ->
-name -> ``Picture`` or ``Solid``.
+A ``figures.py`` says what it offers in ``PICTURES`` and, if it has any, ``SOLIDS`` and
+``ANIMATIONS``: problem -> name -> ``Picture``, ``Solid`` or ``Animation``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.plots.design import design_figure, index_map_figure
 
@@ -31,24 +33,37 @@ class Solid(NamedTuple):
     write: Callable[[DesignProblem, Path], Path]
 
 
+class Animation(NamedTuple):
+    """A moving picture that is written as .gif: what it shows, its frames, frames per second."""
+
+    caption: str
+    frames: Callable[[DesignProblem], Iterable[Figure]]
+    fps: float
+
+
 Pictures: TypeAlias = Mapping[str, Picture]
 Solids: TypeAlias = Mapping[str, Solid]
+Animations: TypeAlias = Mapping[str, Animation]
 
 
-def machine_pictures(name: str) -> dict[str, Picture]:
-    """Return the pictures that every mechanism has: its optimum and its printed design."""
-    return {
-        name: Picture("the verified optimum", lambda p: design_figure(p, _optimum(p))),
+def machine_pictures(name: str, *, printed: bool = True) -> dict[str, Picture]:
+    """Return the pictures that every mechanism has: its optimum and, if any, its printed design."""
+    pictures = {
+        name: Picture("the optimum of the default task", lambda p: design_figure(p, _optimum(p))),
         "printed": Picture("the printed design", lambda p: design_figure(p, p.printed_design())),
         f"{name}_maps": Picture(
-            "index maps of the verified optimum", lambda p: index_map_figure(p, _optimum(p))
+            "index maps of the optimum", lambda p: index_map_figure(p, _optimum(p))
         ),
         "printed_maps": Picture(
             "index maps of the printed design", lambda p: index_map_figure(p, p.printed_design())
         ),
     }
+    return {k: v for k, v in pictures.items() if printed or not k.startswith("printed")}
 
 
 def _optimum(problem: DesignProblem) -> FloatArray:
-    """Return the first of the verified optima, the one of the default task and objective."""
-    return problem.design(next(iter(problem.reference.optima.values())).design)
+    """Return the first of the verified optima, of the default task and objective, or solve it."""
+    optima = problem.reference.optima
+    if not optima:
+        return np.asarray(solve_tasks(problem, problem.pack(None)[None]).designs[0])
+    return problem.design(next(iter(optima.values())).design)

@@ -25,6 +25,7 @@ STYLE: dict[str, Any] = {
     "base": "#3a3a3a",
     "arm": "#16324f",
     "rod": "#4f86b8",
+    "cylinder": "#9c3f6b",
     "platform": "#e69f00",
     "lines": ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
     "line": 1.4,
@@ -44,6 +45,7 @@ GREEK = {
     "psi": r"\psi",
     "sigma": r"\sigma",
     "tau": r"\tau",
+    "th": r"\theta",
     "theta": r"\theta",
 }
 SHOWN_UNITS = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "deg")}
@@ -104,9 +106,10 @@ def words(size: str = "text", *, color: str = "ink", weight: str = "normal") -> 
 def symbol(name: str) -> str:
     """Return a name as mathematics: ``lam_e`` gives the Greek letter with its index."""
     stem, _, index = name.partition("_")
-    if stem not in GREEK and (len(stem) > 1 and not stem[1:].isdigit()):
+    letters = stem.rstrip("0123456789")
+    if letters not in GREEK and len(letters) != 1:
         return name.replace("_", " ")
-    stem, digits = (stem, "") if stem in GREEK else (stem[0], stem[1:])
+    stem, digits = letters, stem[len(letters) :]
     index = digits or (index if len(index) <= 1 else rf"\mathrm{{{index.replace('_', '~')}}}")
     return f"${GREEK.get(stem, stem)}{f'_{{{index}}}' if index else ''}$"
 

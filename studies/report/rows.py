@@ -118,11 +118,17 @@ def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float
 
 def asks_the_papers_task(problem: DesignProblem) -> bool:
     """Whether the printed design answers the problem: the paper's task, nothing else fixed."""
-    design = problem.reference.design
     if not problem.reference:
         return False
+    design = printed_design(problem)
     kept = all(math.isclose(design[name], value) for name, value in problem.fixed.items())
     return kept and problem.task == problem.task_type()
+
+
+def printed_design(problem: DesignProblem) -> dict[str, float]:
+    """Return the printed design, what isn't printed at its default: variable -> value."""
+    defaults = problem.space.defaults().tolist()
+    return {v.name: value for v, value in zip(problem.all_variables, defaults, strict=True)}
 
 
 def printed_value(problem: DesignProblem) -> Value | None:
@@ -154,7 +160,7 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
         return []
     evaluation = problem.evaluate(problem.printed_design()[None])
     printed = printed_value(problem)
-    design = problem.reference.design
+    design = printed_design(problem)
     if printed is None:
         row = Row("paper: none printed", None, design)
     else:

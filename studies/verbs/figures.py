@@ -16,7 +16,7 @@ from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.runs import run_folder
 
 if TYPE_CHECKING:
-    from pkm_gym.plots.pictures import Pictures, Solids
+    from pkm_gym.plots.pictures import Animations, Pictures, Solids
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 150  # of a png
@@ -34,16 +34,15 @@ def command(
 ) -> None:
     """Draw the paper's figures with our model, the machine and its index maps."""
     check_known("format", [form], FORMATS)
-    pictures, solids = figures_of(name)
-    drawn = [*pictures, *solids]
+    drawn = [stem for table in figures_of(name) for stem in table]
     if not drawn:
         raise ValueError(f"{problem_type(name).name} has no figures")
     check_known("figure", only or (), drawn)
     write(name, only or drawn, out or run_folder(problem_type(name).name) / "figures", form)
 
 
-def figures_of(name: str) -> tuple[Pictures, Solids]:
-    """Return a problem's pictures and solids by name, as its mechanism's ``figures.py`` has them.
+def figures_of(name: str) -> tuple[Pictures, Solids, Animations]:
+    """Return a problem's pictures, solids and animations, as its ``figures.py`` has them, by name.
 
     Raises:
         ValueError: for an unknown problem, with its closest match.
@@ -52,18 +51,19 @@ def figures_of(name: str) -> tuple[Pictures, Solids]:
     package = kind.declared.package
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
-    return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in ("PICTURES", "SOLIDS"))
+    tables = ("PICTURES", "SOLIDS", "ANIMATIONS")
+    return tuple(getattr(figures, table, {}).get(kind.name, {}) for table in tables)
 
 
 def write(name: str, chosen: list[str], folder: Path, form: str) -> None:
-    """Draw the chosen pictures and solids into a folder, a line on stdout each.
+    """Draw the chosen pictures, solids and animations into a folder, a line on stdout each.
 
     Raises:
         OSError: where the folder can't be written.
     """
-    from pkm_gym.plots import save
+    from pkm_gym.plots import save, save_animation
 
-    pictures, solids = figures_of(name)
+    pictures, solids, animations = figures_of(name)
     folder.mkdir(parents=True, exist_ok=True)
     problem = make_problem(name)
     for stem in chosen:
@@ -71,6 +71,9 @@ def write(name: str, chosen: list[str], folder: Path, form: str) -> None:
         if stem in solids:
             caption = solids[stem].caption
             path = solids[stem].write(problem, folder / f"{stem}.stl")
+        elif stem in animations:
+            caption, frames, fps = animations[stem]
+            path = save_animation(frames(problem), folder / f"{stem}.gif", fps)
         else:
             caption = pictures[stem].caption
             path = save(pictures[stem].draw(problem), folder / f"{stem}.{form}", dpi=DPI)

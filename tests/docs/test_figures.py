@@ -129,7 +129,7 @@ def test_twins_differ_by_less_than_the_page_says(tmp_path):
     ]
     for page, row in zip(shown, measured, strict=True):
         assert row["worst"] < float(page["below"]), page
-        assert page["limit"] == ("" if row["limit"] is None else f"{row['limit']:.0e}")
+        assert page["limit"] == ("" if row["limit"] is None else f"{row['limit']:.2g}")
 
 
 def run(*words: str, folder: Path) -> str:

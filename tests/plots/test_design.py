@@ -44,7 +44,8 @@ def test_every_kind_of_design_is_drawn(problem, designs, kind):
     figure = plots.design_figure(problem, designs[kind])
     assert isinstance(figure, Figure)
     pixels = plots.figure_to_array(figure)
-    assert pixels.shape == (600, 1000, 3)
+    assert pixels.shape[1:] == (1000, 3)
+    assert pixels.shape[0] >= 600  # more where there are many indices
     assert pixels.dtype == np.uint8
     # without a machine there are just words
     assert (pixels < 128).any(axis=2).mean() > (0.001 if kind == "no machine" else 0.005)
@@ -58,8 +59,9 @@ def test_the_verdict_is_written(problem, designs, kind):
     assert ("infeasible" in written) == (kind != "feasible")
     assert ("no machine to draw" in written) == (kind == "no machine")
     if kind != "feasible":
-        for sentence in evaluation.explain(0).split("\n"):
-            assert sentence in written
+        sentences = evaluation.explain(0).split("\n")
+        assert sentences[0] in written
+        assert all(sentence.partition(":")[0] in written for sentence in sentences)
 
 
 def test_limits_without_room_are_named(problem, design):

@@ -27,6 +27,7 @@ from pkm_gym.mechanisms.stroke_leg.kinematics import (
 )
 
 MODES = ((1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0))  # signs: A over OB, D over OC
+BARREL = 0.75  # of a drawn cylinder, in the shortest lengths that its crank allows
 LARGEST_ANGLES = {"phi": math.pi, "th3": math.pi, "gamma": 2.0 * math.pi}
 
 
@@ -249,10 +250,18 @@ class Leg(Mechanism):
         return (
             Link("base", line("OCB")),
             *(Link("rod", line(names)) for names in ("FJ", "EH", "JI", "HI")),
-            *(Link("rod", line(names)) for names in ("BA", "CD")),
+            Link("cylinder", _with_barrel(line("BA"), self.geometry[1] - self.l1)),
+            Link("cylinder", _with_barrel(line("CD"), self.l6 - self.l5)),
             *(Link("arm", line(names)) for names in ("AOF", "DOE")),
             Link("platform", at["I"][None]),
         )
+
+
+def _with_barrel(ends: FloatArray, shortest: float) -> FloatArray:
+    """Return a cylinder (3, 2) of its two ends: the barrel fits into its shortest length."""
+    along = ends[1] - ends[0]
+    tip = ends[0] + BARREL * abs(shortest) * along / np.linalg.norm(along)
+    return np.stack([ends[0], tip, ends[1]])
 
 
 def _unit(angle: FloatArray) -> FloatArray:
