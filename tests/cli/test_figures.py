@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
+import numpy as np
 import pytest
 import trimesh
 from matplotlib.image import imread
+from PIL import Image, ImageSequence
 from typer.testing import CliRunner
 
 import pkm_gym
@@ -36,6 +40,16 @@ def test_the_envelope_is_watertight_and_holds_the_volume(run, tmp_path):
     machine = spr3.mechanism(spr3.printed_design())
     assert mesh.volume == pytest.approx(volume_by_surfaces(machine), rel=1e-6)
     assert figures_of("diamond")[1] == {}
+
+
+def test_a_trot_moves_for_a_period(run, tmp_path):
+    done = run("stroke_leg", "--only", "trot", "--out", "there")
+    assert done.exit_code == 0, done.output
+    with Image.open(tmp_path / "there" / "trot.gif") as movie:
+        assert movie.n_frames == 40
+        assert movie.info["duration"] == 50
+        frames = [np.asarray(frame.convert("L")) for frame in ImageSequence.Iterator(movie)]
+    assert all((one != other).any() for one, other in pairwise(frames))
 
 
 def test_the_verb_writes_what_it_says(run, tmp_path):

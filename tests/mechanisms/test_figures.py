@@ -9,6 +9,8 @@ import pkm_gym
 from pkm_gym import plots
 from pkm_gym.core.trajectory import duration_345
 from pkm_gym.mechanisms.diamond import figures as diamond
+from pkm_gym.mechanisms.stroke_leg import figures as stroke_leg
+from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 from pkm_gym.studies.verbs.figures import figures_of
 
 
@@ -144,3 +146,36 @@ def test_the_surface_and_its_sections_have_the_extent_of_the_workspace(spr3):
     points = np.concatenate([path.vertices for path in upright.get_paths()])
     np.testing.assert_allclose(points.min(axis=0), low, atol=0.2)
     np.testing.assert_allclose(points.max(axis=0), high, atol=0.2)
+
+
+def test_the_leg_reads_its_peak_speeds_and_the_extent_of_its_crown():
+    problem = pkm_gym.make_problem("stroke_leg")
+    drawn = pictures_of("stroke_leg")
+    words = [text.get_text() for text in drawn["fig7_speeds"].draw(problem).axes[0].texts]
+    assert {"88.8 mm/s", "94.9 mm/s"} <= set(words)
+    assert "1004.56 mm by 771.45 mm" in drawn["fig3_workspace"].draw(problem).texts[1].get_text()
+    assert "2.6 % of the crown" in drawn["fig4_condition"].draw(problem).texts[1].get_text()
+
+
+def test_the_sweeps_of_the_mean_have_the_printed_trends():
+    problem = pkm_gym.make_problem("stroke_leg")
+    axes = pictures_of("stroke_leg")["fig5_sweeps"].draw(problem).axes[::3]
+    for panel, rises in zip(axes, (False, False, True, True, False), strict=True):  # (a) to (e)
+        mean = panel.lines[0].get_ydata()
+        slopes = np.diff(mean[np.isfinite(mean)])
+        assert len(slopes) > 40
+        assert (slopes > 0.0).all() if rises else (slopes < 0.0).all()
+
+
+def test_feet_that_stand_stay_where_they_are():
+    step = Step()
+    times = np.linspace(0.0, 0.99, 34)
+    feet = step.motion(times, TROT[1]).position[:, 0]  # right front, on the ground at first
+    travel = np.array([stroke_leg.travel(step, time) for time in times.tolist()])
+    np.testing.assert_allclose(feet + travel, feet[0], atol=1e-12)
+
+
+def test_least_thrust_falls_where_pistons_may_be_faster():
+    problem = pkm_gym.make_problem("stroke_leg_gait")
+    line = pictures_of("stroke_leg_gait")["thrust_rate"].draw(problem).axes[0].lines[0]
+    assert (np.diff(line.get_ydata()) < -0.3).all()

@@ -117,7 +117,8 @@ def test_the_machine_is_drawn_to_scale(problem, design):
     for pose in machine.sample_poses():
         for link in machine.links(pose):
             columns = ["xyz".index(name) for name in machine.drawn_axes]
-            points = 1e3 * link.points[:, columns]
+            in_plane = link.points.shape[1] == 2
+            points = 1e3 * (link.points if in_plane else link.points[:, columns])
             assert any(
                 line.shape == points.shape and np.allclose(line, points, atol=1e-9)
                 for line in drawn

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pkm_gym.core.problem import DesignProblem
-    from pkm_gym.core.types import FloatArray
+    from pkm_gym.core.types import BoolArray, FloatArray
 
 WIDTH = 7.2  # inches, a page's two columns
 PRINTED_EXTENT = (1200.0, 500.0)  # mm, of Fig. 3, as the text says
@@ -35,7 +35,7 @@ FAR = np.radians(60.0)  # swing of the map, so that both dead lines can be seen
 ERROR = 1.6  # 1e-6 m/s, of Fig. 8
 LEGS = ("left front", "right front", "left rear", "right rear")
 HIPS = {"front": 0.55, "rear": -0.55}  # m, along the body
-GAIT_RATES = np.linspace(0.1, 0.16, 7)
+GAIT_RATES = np.linspace(0.1, 0.16, 5)
 FPS = 20.0
 
 
@@ -85,7 +85,7 @@ def condition(problem: DesignProblem) -> Figure:
     """Draw the condition number of the printed design with its dead lines, and cuts through it."""
     machine = _printed(problem)
     figure = plots.new_figure(WIDTH, 3.7)
-    across = _share_across(problem)
+    across = _share_across(machine)
     plots.headline(
         figure,
         "Condition number of the printed design, as in Fig. 4 of the paper, our model",
@@ -374,7 +374,7 @@ def draw_robot(axes: Axes, machine: Leg, step: Step, time: float) -> None:
     outline = np.array([(low + 150, -25), (high, -25), (high, top), (low + 150, top)])
     axes.fill(*outline.T, color=plots.STYLE["base"], alpha=0.12, linewidth=0.0, zorder=1)
     axes.plot([low - 200, high + 200], [ground - 8] * 2, color=plots.STYLE["ink"], linewidth=1.2)
-    moved = 1e3 * _travel(step, time)
+    moved = 1e3 * travel(step, time)
     marks = np.arange(-20, 21) * 100.0 - moved % 100.0
     for mark in marks[(marks > low - 200) & (marks < high + 170)].tolist():
         axes.plot(
@@ -385,7 +385,7 @@ def draw_robot(axes: Axes, machine: Leg, step: Step, time: float) -> None:
     axes.set_axis_off()
 
 
-def _travel(step: Step, time: float) -> float:
+def travel(step: Step, time: float) -> float:
     """Return how far, m, the body has come: the feet that stand stay where they are."""
     half = step.duty * step.period
     halves, rest = divmod(time, half)
@@ -443,12 +443,11 @@ def _measured(problem: DesignProblem, design: FloatArray) -> str:
     )
 
 
-def _share_across(problem: DesignProblem) -> float:
+def _share_across(machine: StrokeLeg) -> float:
     """Return on which share of the rectangle A is across its dead line: a corner is cut off."""
-    task = problem.task
-    found = problem.evaluate(problem.printed_design()[None]).indices["dead_A_short"]
-    crossed = max(0.0, -float(found[0]))
-    return 0.25 * crossed**2 / (task.swing * (task.theta_max - task.theta_min))
+    corner = machine.foot(np.array([machine.theta_max, machine.swing]))
+    crossed = max(0.0, -float(machine.dead_point_angles(corner)["dead_A_short"]))
+    return 0.25 * crossed**2 / (machine.swing * (machine.theta_max - machine.theta_min))
 
 
 def _draw_condition(axes: Axes, machine: StrokeLeg) -> None:
@@ -481,7 +480,7 @@ def _draw_condition(axes: Axes, machine: StrokeLeg) -> None:
 
 def _swept(
     problem: DesignProblem, name: str, values: FloatArray
-) -> tuple[dict[str, FloatArray], FloatArray]:
+) -> tuple[dict[str, FloatArray], BoolArray]:
     """Return the indices over one variable with the narrow swing, and where they are defined."""
     rows = np.repeat(problem.printed_design()[None], len(values), axis=0)
     rows[:, [v.name for v in problem.variables].index(name)] = values
@@ -500,7 +499,7 @@ def _raw_indices(problem: DesignProblem, name: str, values: FloatArray) -> dict[
     return dict(zip(PRINTED_RANGES, np.array(found).T, strict=True))
 
 
-def _draw_sweep(axes: Axes, x: FloatArray, y: FloatArray, defined: FloatArray) -> None:
+def _draw_sweep(axes: Axes, x: FloatArray, y: FloatArray, defined: BoolArray) -> None:
     """Draw a curve, and hatch where it is undefined."""
     axes.plot(x, y, color=plots.STYLE["lines"][0], linewidth=1.6, zorder=4)
     axes.fill_between(
