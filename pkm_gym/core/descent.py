@@ -8,6 +8,7 @@ matter near the iterate, and those that its answer breaks until it breaks none (
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -81,7 +82,7 @@ def _keep(
     """Keep the best of a task's designs (n, d): strictly feasible, else of the lowest merit."""
     evaluation = problem.evaluate(designs, np.repeat(task[None], len(designs), axis=0))
     found.evaluations += len(designs)
-    inside = (evaluation.constraints <= INSIDE).all(axis=1)
+    inside = np.asarray((evaluation.constraints <= INSIDE).all(axis=1))
     at = int(np.lexsort((evaluation.log_merit, ~inside))[0])
     found.designs[k], found.log_merit[k] = designs[at], evaluation.log_merit[at]
     found.solvable[k] = inside[at]
@@ -144,12 +145,12 @@ def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray) -> FloatArray:
     """Return the point (d,) of the unit box that SLSQP finds with some of the limits."""
     from scipy.optimize import minimize
 
-    limits = {
+    limits: dict[str, Any] = {
         "type": "ineq",
         "fun": lambda x: TOLERANCE - ROOM - memory.at(x).values[1:][working],
         "jac": lambda x: -memory.at(x).gradients[1:][working],
     }
-    result = minimize(
+    result = minimize(  # type: ignore[call-overload]  # its stubs know no dictionary of functions
         lambda x: memory.at(x).values[0],
         x,
         jac=lambda x: memory.at(x).gradients[0],

@@ -18,7 +18,7 @@ from pkm_gym.mechanisms.stroke_leg.declared import (
     GaitIndices,
     GaitTask,
 )
-from pkm_gym.mechanisms.stroke_leg.gait import BOUNDARY, measure_one
+from pkm_gym.mechanisms.stroke_leg.gait_indices import BOUNDARY, measure_one
 
 ALONE = 11  # limits that are no maximum over points
 POINTWISE = 5  # quantities that are limited at every point
