@@ -13,6 +13,7 @@ from rich.text import Text
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Value
+from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, shown
 from pkm_gym.studies.cli.terminal import FAINT, table
@@ -41,15 +42,21 @@ class Row:
 
 def headers(problem: DesignProblem) -> list[str]:
     """Return the column titles of a table of rows."""
-    names = [v.name for v in problem.all_variables]
+    names = [v.name for v in told_variables(problem)]
     return ["", "designs", problem.objectives[0].name, "regret", "feasible", *names]
+
+
+def told_variables(problem: DesignProblem) -> tuple[Variable, ...]:
+    """Return the variables that are searched or were fixed, not those that stay as usual."""
+    told = {*problem.variable_names, *problem.space.unusual()}
+    return tuple(v for v in problem.all_variables if v.name in told)
 
 
 def caption(problem: DesignProblem) -> str:
     """Return what the column titles mean."""
     first = problem.objectives[0]
     units: dict[str, list[str]] = {first.unit: [first.name]}
-    for v in problem.all_variables:
+    for v in told_variables(problem):
         units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
     said = "".join(f"{', '.join(names)} in {unit}; " for unit, names in units.items() if unit)
     return (
@@ -65,7 +72,10 @@ def cells(problem: DesignProblem, row: Row) -> list[str]:
         "" if row.value is None else f"{row.value:.5g}",
         f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
         row.feasible,
-        *(_number(row.design[v.name], v.unit) if row.design else "" for v in problem.all_variables),
+        *(
+            _number(row.design[v.name], v.unit) if row.design else ""
+            for v in told_variables(problem)
+        ),
     ]
 
 

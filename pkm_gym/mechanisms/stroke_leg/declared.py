@@ -330,6 +330,7 @@ STROKE_LEG_GAIT = Declaration(
     reference="gait.toml",
     evaluations=24,
     starts=6,
+    splits={"train": 2048, "val": 256, "test": 256, "ood": 256},
 )
 
 GAIT_TASK, GAIT_DESIGN = record(GaitTask), record(GaitDesign)
