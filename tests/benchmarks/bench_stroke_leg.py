@@ -1,8 +1,8 @@
 """The leg's design problems: designs a second and the latency of one, against NumPy and C++.
 
-NumPy and a trig-free loop in C++ measure the mean and the deviation of the condition number over the same poses of the
-same designs, for which no crank crosses its dead line; ``evaluate`` reports all other indices,
-constraints and merit besides.
+NumPy and a trig-free loop in C++ measure the mean and the deviation of the condition number over
+the same poses of the same designs, for which no crank crosses its dead line; ``evaluate`` reports
+all other indices, constraints and merit besides.
 """
 
 from __future__ import annotations
