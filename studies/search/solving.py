@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from functools import partial
-from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
@@ -135,14 +133,9 @@ def _searches(job: Job, done: int, bar: Progress, line: TaskID) -> Iterator[Solu
 
 def _descents(job: Job, done: int) -> Iterator[Solutions]:
     """Yield chunk after chunk, each solved by a process of its own."""
-    context = get_context("spawn")
-    with ProcessPoolExecutor(mp_context=context, initializer=_work_alone) as pool:
-        try:
-            yield from pool.map(
-                _solve_chunk, repeat(job.problem), *zip(*job.chunks(done), strict=True)
-            )
-        finally:
-            pool.shutdown(cancel_futures=True)
+    chunks = ((job.problem, seed, tasks) for seed, tasks in job.chunks(done))
+    with get_context("spawn").Pool(initializer=_work_alone) as pool:  # ends them when it is left
+        yield from pool.imap(_solve_chunk, chunks)
 
 
 def _work_alone() -> None:
@@ -153,7 +146,8 @@ def _work_alone() -> None:
     signal(SIGINT, SIG_IGN)
 
 
-def _solve_chunk(problem: DesignProblem, seed: int, tasks: FloatArray) -> Solutions:
+def _solve_chunk(chunk: tuple[DesignProblem, int, FloatArray]) -> Solutions:
+    problem, seed, tasks = chunk
     return solve_tasks(problem, tasks, seed=seed)
 
 
