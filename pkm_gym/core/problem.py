@@ -138,6 +138,14 @@ class DesignProblem(ABC):
         """Return the local indices of a machine at poses (..., k), by the design's index."""
         return machine.index_maps(pose)
 
+    def one_of_alike(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return, for feasible designs (n, d) of tasks (n, m), the one to be kept of those alike.
+
+        Where many designs measure the same, so that an optimum is a function of its task.
+        """
+        del tasks
+        return designs
+
     def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
         """Return what a descent works on, of designs (n, d): rows (n, 1 + p), all finite.
 

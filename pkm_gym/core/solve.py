@@ -110,6 +110,8 @@ def solve_tasks(
         best.solvable[open_tasks] = better.solvable
         best.evaluations += again.evaluations
     report(len(tasks))
+    kept = best.solvable
+    best.designs[kept] = problem.one_of_alike(best.designs[kept], tasks[kept])
     evaluation = problem.evaluate(best.designs, tasks)
     return Solutions(
         tasks=tasks,

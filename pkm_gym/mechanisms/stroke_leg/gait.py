@@ -14,6 +14,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import gauss_jacobi
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.stroke_leg.alike import middle_of_arc
 from pkm_gym.mechanisms.stroke_leg.declared import (
     GAIT_DESIGN,
     GAIT_TASK,
@@ -90,6 +91,10 @@ class StrokeLegGaitProblem(DesignProblem):
             x0=task.x0,
             cone=task.cone,
         )
+
+    def one_of_alike(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the middle of the arc of designs alike that each of designs (n, d) is on."""
+        return middle_of_arc(self, designs, tasks)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""

@@ -14,6 +14,7 @@ from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.stroke_leg.alike import middle_of_arc
 from pkm_gym.mechanisms.stroke_leg.declared import (
     DESIGN,
     GRID_NODES,
@@ -183,6 +184,10 @@ class StrokeLegProblem(DesignProblem):
         named = rows.view(DESIGN)[:, 0]
         named["l5"] = named["l1"]
         return rows
+
+    def one_of_alike(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the middle of the arc of designs alike that each of designs (n, d) is on."""
+        return middle_of_arc(self, designs, tasks)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""

@@ -1,0 +1,70 @@
+"""Descents from many starts, on problems whose optimum is known otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pkm_gym
+from pkm_gym.core.descent import descend
+from pkm_gym.core.merit import TOLERANCE
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import polish, solve_tasks
+
+
+@pytest.fixture(scope="module")
+def leg() -> DesignProblem:
+    return pkm_gym.make_problem("stroke_leg_gait")
+
+
+def test_pieces_break_just_where_limits_do(leg: DesignProblem) -> None:
+    rng = np.random.default_rng(4)
+    designs = leg.low + (leg.high - leg.low) * rng.random((3000, len(leg.low)))
+    tasks = leg.draw_tasks(len(designs), rng)
+    evaluation, pieces = leg.evaluate(designs, tasks), leg.pieces(designs, tasks)
+    assert np.isfinite(pieces).all()
+    defined = evaluation.unreached <= 0.0
+    assert ((pieces[:, 1:] <= TOLERANCE).all(axis=1) == evaluation.feasible)[defined].all()
+    assert (pieces[~defined, 1:] > TOLERANCE).any(axis=1).all()
+    np.testing.assert_allclose(
+        pieces[defined, 0], np.log(evaluation.objectives[defined, 0]), rtol=1e-14
+    )
+
+
+def test_pieces_of_any_problem_are_its_objective_and_constraints(problem: DesignProblem) -> None:
+    rng = np.random.default_rng(4)
+    designs = problem.low + (problem.high - problem.low) * rng.random((200, len(problem.low)))
+    pieces = DesignProblem.pieces(problem, designs, problem.pack(None)[None])
+    evaluation = problem.evaluate(designs)
+    assert np.isfinite(pieces).all()
+    np.testing.assert_array_equal(pieces[:, 1:], evaluation.constraints + TOLERANCE)
+
+
+def test_a_descent_finds_what_evolution_finds() -> None:
+    """On the leg's own problem, which evolution solves by itself."""
+    leg = pkm_gym.make_problem("stroke_leg")
+    task = leg.pack(None)[None]
+    wanted = solve_tasks(leg, task)
+    leg.declared = replace(leg.declared, starts=4)  # type: ignore[misc]  # of this object alone
+    found = descend(leg, task, np.random.default_rng(0))
+    assert found.solvable.all()
+    np.testing.assert_allclose(found.log_merit, wanted.log_merit, rtol=0.0, atol=1e-8)
+
+
+def test_a_search_does_not_depend_on_the_other_tasks(leg: DesignProblem) -> None:
+    tasks = leg.draw_tasks(2, np.random.default_rng(1))
+    both = descend(leg, tasks, np.random.default_rng(7))
+    first = descend(leg, tasks[:1], np.random.default_rng(7))
+    np.testing.assert_array_equal(both.designs[:1], first.designs)
+
+
+def test_a_polish_stays_near_and_is_never_worse(leg: DesignProblem) -> None:
+    optimum = leg.design(next(iter(leg.reference.optima.values())).design)
+    start = optimum + 0.005 * (leg.high - leg.low)
+    found = polish(leg, start[None])
+    assert (np.abs(found[0] - start) <= 0.0201 * (leg.high - leg.low)).all()
+    before, after = leg.evaluate(start[None]), leg.evaluate(found)
+    assert after.feasible[0]
+    assert not before.feasible[0] or after.objectives[0, 0] <= before.objectives[0, 0]
