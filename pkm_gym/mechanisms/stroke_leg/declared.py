@@ -189,6 +189,7 @@ STROKE_LEG = Declaration(
         Objective("force", "minimise", worst=1e4, scale=48.3153, powers={"l": 1}),
     ),
     penalty_weight=10.0,
+    starts=3,
     motion={"speed": 0.5, "frame_skip": 24},
     family={
         "free": ("l1", "l3", "l6", "phi", "th3", "gamma"),
