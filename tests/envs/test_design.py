@@ -219,9 +219,9 @@ def test_regret_of_the_papers_task_is_measured_from_its_verified_optimum(fixed_i
 
 
 def test_regret_of_the_papers_task_may_be_measured_from_a_pools_optimum(
-    fixed_id, make, play, pools
+    fixed_id, make, play, paper_pool
 ):
-    pool, file = pools
+    pool, file = paper_pool
     env = make(fixed_id, reward="regret", pool=str(file))
     optimum = env.problem.evaluate(pool.designs[:1]).log_merit[0]
     check_regrets(play(env, 3), optimum, 1e-5)
