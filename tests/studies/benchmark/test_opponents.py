@@ -22,7 +22,7 @@ from pkm_gym.studies.benchmark.opponents import sampler_search
 NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.studies.")]
 FAST = [name for name in NAMES if name != "gp"]
 SHIPPED = sorted({name.rpartition("_")[0] for name in manifest()})
-BUDGET = 120
+BUDGET = 200  # four generations of NSGA-II
 TASKS = 3
 
 
