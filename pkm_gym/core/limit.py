@@ -65,12 +65,16 @@ class Limit:
 
     @property
     def bound_words(self) -> str:
-        """The bound as it is declared."""
-        if isinstance(self.bound, str):
-            power = "" if self.times is None or self.times[1] == 1 else f"^{self.times[1]}"
-            factor = "" if self.times is None else f" task.{self.times[0]}{power}"
-            return f"task.{self.bound}{factor}"
-        return f"{self.bound:g}"
+        """The bound as it is declared, a number in SI."""
+        bound = f"task.{self.bound}" if isinstance(self.bound, str) else f"{self.bound:g}"
+        power = "" if self.times is None or self.times[1] == 1 else f"^{self.times[1]}"
+        return bound if self.times is None else f"{bound} task.{self.times[0]}{power}"
+
+    def bound_shown(self, unit: str) -> str:
+        """Return the bound of a quantity of this unit as people read it."""
+        if isinstance(self.bound, str) or self.times is not None:
+            return self.bound_words
+        return _number(self.bound, unit)
 
     def relative(self, unit: str) -> bool:
         """Return whether the violation of a quantity of this unit is a share of the bound."""

@@ -65,7 +65,7 @@ def _even_grid(problem: DesignProblem, steps: FloatArray) -> FloatArray:
             f"most {LARGEST:,}"
         )
     axes = [
-        np.minimum(low + step * np.arange(int(count)), high).round(12)
+        np.append(low, np.minimum((low + step * np.arange(1, int(count))).round(12), high))
         for low, high, step, count in zip(problem.low, problem.high, steps, counts, strict=True)
     ]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))

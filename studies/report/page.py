@@ -186,12 +186,13 @@ def _constraints(problem: DesignProblem) -> Iterator[Sequence[str]]:
         if isinstance(limit, str):
             yield f"`{limit}`", own[limit], "the mechanism's own"
         else:
-            what = f"`{limit.quantity}` {limit.side_words} {_bound(limit)}"
+            what = f"`{limit.quantity}` {limit.side_words} {_bound(problem, limit)}"
             yield f"`{limit.name}`", what, _violation(problem, limit)
 
 
-def _bound(limit: Limit) -> str:
-    return f"`{limit.bound_words}`" if isinstance(limit.bound, str) else limit.bound_words
+def _bound(problem: DesignProblem, limit: Limit) -> str:
+    bound = limit.bound_shown(problem.unit(limit.quantity))
+    return f"`{bound}`" if "task." in bound else bound
 
 
 def _violation(problem: DesignProblem, limit: Limit) -> str:

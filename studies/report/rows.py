@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from rich.console import Group
+from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.core.evaluation import Evaluation
@@ -16,7 +17,7 @@ from pkm_gym.core.reference import Optimum, Value
 from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, shown
-from pkm_gym.studies.cli.terminal import FAINT, table
+from pkm_gym.studies.cli.terminal import FAINT, console, table
 
 
 @dataclass(frozen=True)
@@ -93,12 +94,22 @@ def markdown(problem: DesignProblem, rows: Iterable[Row]) -> str:
 
 
 def rich_table(problem: DesignProblem, rows: Iterable[Row]) -> Group:
-    """Return rows as a table for the terminal."""
-    titles = headers(problem)
-    lines = table(*titles, numbers=titles[1:])
+    """Return rows as a table for the terminal; the designs below the values if it's too narrow."""
+    lines = [headers(problem), *(cells(problem, row) for row in rows)]
+    width = sum(max(map(len, column)) + 2 for column in zip(*lines, strict=True)) - 2
+    values = len(lines[0]) - len(told_variables(problem))
+    parts = [lines]
+    if width > console().width:
+        parts = [[line[:values] for line in lines], [line[:1] + line[values:] for line in lines]]
+    return Group(*map(_rich_table, parts), Text(caption(problem), style=FAINT))
+
+
+def _rich_table(lines: Sequence[Sequence[str]]) -> Table:
+    titles, *rows = lines
+    written = table(*titles, numbers=titles[1:])
     for row in rows:
-        lines.add_row(*cells(problem, row))
-    return Group(lines, Text(caption(problem), style=FAINT))
+        written.add_row(*row)
+    return written
 
 
 def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: int) -> Row:

@@ -126,8 +126,9 @@ def _constraints(problem: DesignProblem) -> Any:
         if isinstance(limit, str):
             rows.add_row(limit, own[limit], "the mechanism's own")
             continue
-        words = f"{limit.quantity} {limit.side_words} {limit.bound_words}"
-        share = "share of the bound" if limit.relative(problem.unit(limit.quantity)) else "absolute"
+        unit = problem.unit(limit.quantity)
+        words = f"{limit.quantity} {limit.side_words} {limit.bound_shown(unit)}"
+        share = "share of the bound" if limit.relative(unit) else "absolute"
         rows.add_row(limit.name, words, share)
     return rows
 

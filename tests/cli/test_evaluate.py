@@ -10,6 +10,7 @@ import pytest
 
 import pkm_gym
 from pkm_gym.core.units import shown
+from pkm_gym.mechanisms import declaration
 
 
 @pytest.fixture
@@ -103,10 +104,15 @@ def test_lengths_say_which_delta_they_set(run):
 
 @pytest.mark.parametrize("name", pkm_gym.problems())
 def test_each_problem_shows_and_draws_its_printed_design(run, tmp_path, name):
+    problem = pkm_gym.make_problem(name, **declaration(name).reporting)
+    evaluation = problem.evaluate(problem.printed_design()[None])
     result = run("evaluate", name)
     assert result.exit_code == 0, result.output
-    assert f"{name}: the design that the paper prints" in result.stdout
-    assert "feasible: every limit holds" in result.stdout
+    whose = "the design that the paper prints" if problem.reference else "the default design"
+    assert result.stdout.startswith(f"{name}: {whose}\n")
+    words = " ".join(result.stdout.split())
+    assert " ".join(evaluation.explain(0).split()) in words
+    assert ("feasible: every limit holds" in words) == evaluation.feasible[0]
     assert (tmp_path / f"runs/{name}/evaluate.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -31,7 +31,10 @@ def test_one_problem_is_shown_in_full(run, name):
     named += [*problem.all_objectives, *fields(problem.options)]
     assert starts >= {item.name for item in named}
     assert all(any(name in row for row in rows) for name in problem.constraint_names)
-    assert problem.reference.paper["title"] in " ".join(rows)
+    words = " ".join(" ".join(rows).split())
+    assert problem.reference.citation in words
+    origin = "printed" if problem.reference else "default"
+    assert f"Variables and the {origin} design" in words
 
 
 def test_lengths_and_angles_are_shown_in_millimetres_and_degrees(run):

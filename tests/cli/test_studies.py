@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import make_problem, problems
 from pkm_gym.studies.comparison import compare, study
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid import designs
@@ -98,6 +98,15 @@ def test_polish_starts_from_the_paper_a_given_design_or_a_study(run):
     run("grid", "diamond")
     assert "start: the best of the study diamond-grid" in run("polish", "diamond").output
     assert "start: the best of grid" in run("polish", "diamond", "--from", "grid").output
+
+
+@pytest.mark.parametrize("name", problems())
+def test_no_number_of_a_design_is_cut_however_many_it_has(run, name):
+    result = run("polish", name)
+    assert result.exit_code == 0, result.output
+    assert "…" not in result.stdout
+    table = result.stdout.partition(" in mm")[0].split()
+    assert {v.name for v in make_problem(name).variables} <= set(table)
 
 
 def test_polish_takes_lengths_with_the_task_that_they_settle(run):

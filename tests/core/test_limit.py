@@ -100,10 +100,22 @@ def test_the_bound_is_a_number_or_a_field_times_a_power_of_another() -> None:
         (Limit("F", "lower", 0.25), "at least 0.25"),
         (Limit("F", "upper", "force", times=("way", 1)), "at most task.force task.way"),
         (Limit("F", "upper", "force", times=("way", 3)), "at most task.force task.way^3"),
+        (Limit("F", "upper", 2.0, times=("way", -1)), "at most 2 task.way^-1"),
     ],
 )
 def test_the_bound_is_said_as_it_is_declared(limit: Limit, words: str) -> None:
     assert f"{limit.side_words} {limit.bound_words}" == words
+    assert f"{limit.side_words} {limit.bound_shown('')}" == words
+
+
+@pytest.mark.parametrize(
+    ("bound", "unit", "words"),
+    [(0.25 * np.pi, "rad", "45 deg"), (0.06, "m", "60 mm"), ("angle", "rad", "task.angle")],
+)
+def test_the_bound_is_shown_in_the_units_that_people_read(
+    bound: float | str, unit: str, words: str
+) -> None:
+    assert Limit("F", "upper", bound).bound_shown(unit) == words
 
 
 @pytest.mark.parametrize(

@@ -251,17 +251,27 @@ class GaitTask(Task):
 class GaitDesign(NamedTuple):
     """The dimensions; both cranks are of one length."""
 
-    l1: Annotated[float, variable(0.03, 0.12, "m", "cranks OA and OD")]
-    l3: Annotated[float, variable(0.15, 0.32, "m", "frame link CB")]
-    l6: Annotated[float, variable(0.2, 0.36, "m", "frame link OC")]
+    l1: Annotated[float, variable(0.03, 0.12, "m", "cranks OA and OD", step=0.03)]
+    l3: Annotated[float, variable(0.15, 0.32, "m", "frame link CB", step=0.04)]
+    l6: Annotated[float, variable(0.2, 0.36, "m", "frame link OC", step=0.04)]
     phi: Annotated[
-        float, variable(radians(80.0), radians(160.0), "rad", "angle from OA to OF, one body")
+        float,
+        variable(
+            radians(80.0), radians(160.0), "rad", "angle from OA to OF, one body",
+            step=radians(20.0),
+        ),
+    ]  # fmt: skip
+    th3: Annotated[
+        float, variable(radians(50.0), radians(100.0), "rad", "angle OCB", step=radians(10.0))
     ]
-    th3: Annotated[float, variable(radians(50.0), radians(100.0), "rad", "angle OCB")]
     gamma: Annotated[
-        float, variable(radians(20.0), radians(70.0), "rad", "angle from OD to OE, one body")
-    ]
-    l: Annotated[float, variable(0.18, 0.34, "m", "side of the rhombi")]
+        float,
+        variable(
+            radians(20.0), radians(70.0), "rad", "angle from OD to OE, one body",
+            step=radians(10.0),
+        ),
+    ]  # fmt: skip
+    l: Annotated[float, variable(0.18, 0.34, "m", "side of the rhombi", step=0.04)]
 
 
 class GaitIndices(NamedTuple):

@@ -9,8 +9,21 @@ import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
+from pkm_gym.studies.search.polish import verified_optimum
 from pkm_gym.studies.verbs.calibrate import keep
+
+
+def far_and_near(problem: DesignProblem, n: int) -> FloatArray:
+    """Return n random designs, and n that draw near the verified optimum."""
+    generator = np.random.default_rng(2)
+    far = generator.uniform(problem.low, problem.high, (n, len(problem.low)))
+    optimum = verified_optimum(problem)
+    assert optimum is not None
+    best = problem.design(optimum.design)
+    return np.concatenate([far, best + 10.0 ** generator.uniform(-4.0, 0.0, (n, 1)) * (far - best)])
 
 
 @pytest.mark.parametrize("name", pkm_gym.problems())
@@ -20,12 +33,9 @@ def test_what_is_declared_is_what_is_measured(name: str) -> None:
     measured = calibrate(problem, 6, seed=1)
     assert measured.objective == declared.name
     assert 0.0 < measured.multiplier < problem.declared.penalty_weight
-    designs = np.random.default_rng(2).uniform(
-        problem.low, problem.high, (20_000, len(problem.low))
-    )
-    evaluation = problem.evaluate(designs)
+    evaluation = problem.evaluate(far_and_near(problem, 20_000))
     values = evaluation.objectives[evaluation.feasible, 0]
-    assert len(values) > 100
+    assert len(values) > 1000
     for worst in (declared.worst, measured.worst):
         assert (declared.sign * (worst - values) > 0.0).all()
     merits = np.array(measured.extremes)
