@@ -139,7 +139,13 @@ def test_any_sampler_competes(shipped):
     problem, asked, _ = shipped
     evaluator = Evaluator(problem, asked.tasks[0], budget=12)
     with pytest.raises(Spent):
-        sampler_search(lambda seed: optuna.samplers.CmaEsSampler(seed=seed))(evaluator)
+        sampler_search(
+            lambda seed: optuna.samplers.NSGAIISampler(
+                seed=seed,
+                population_size=4,
+                mutation_prob=1.0,  # so that no design comes twice
+            )
+        )(evaluator)
     assert len(np.unique(evaluator.designs, axis=0)) == 12
 
 
