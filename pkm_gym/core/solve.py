@@ -80,7 +80,7 @@ def solve_tasks(
     tasks = np.atleast_2d(np.asarray(tasks, dtype=float))
     sequence = np.random.SeedSequence(seed)
     report = progress or (lambda _: None)
-    search = descend if problem.declared.starts else evolve
+    search = _search(problem)
     best, *others = (
         search(problem, tasks, np.random.default_rng(child))
         for child in sequence.spawn(problem.declared.searches)
@@ -143,12 +143,17 @@ def polish(
     rows = problem.pack(None)[None, :] if tasks is None else np.atleast_2d(tasks)
     rows = np.repeat(rows, len(designs), axis=0) if len(rows) == 1 else rows
     generator = np.random.default_rng(seed)
-    search = descend if problem.declared.starts else evolve
-    found = search(problem, rows, generator, near=designs, radius=radius)
+    found = _search(problem)(problem, rows, generator, near=designs, radius=radius)
     before = problem.evaluate(designs, rows)
     better = found.solvable & (~before.feasible | (found.log_merit < before.log_merit))
     closer = ~found.solvable & ~before.feasible & (found.log_merit < before.log_merit)
     return np.where((better | closer)[:, None], found.designs, designs)
+
+
+def _search(problem: DesignProblem) -> Callable[..., Search]:
+    """Return how a problem is searched: starts are declared for the first of its objectives."""
+    first = problem.objectives[0].name == problem.declared.objectives[0].name
+    return descend if problem.declared.starts and first else evolve
 
 
 def _agree(first: Search, second: Search) -> BoolArray:
