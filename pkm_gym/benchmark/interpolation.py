@@ -163,7 +163,7 @@ class Interpolation:
     def in_box(self, places: FloatArray) -> FloatArray:
         """Return the designs (n, d) at places (n, d) of the unit cube, clipped to the box."""
         low, high = self.problem.low, self.problem.high
-        return low + (high - low) * np.clip(places, 0.0, 1.0)
+        return np.clip(low + (high - low) * places, low, high)
 
 
 def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:

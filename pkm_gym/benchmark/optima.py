@@ -37,18 +37,15 @@ class KnownOptima:
             for i, variable in enumerate(problem.task_variables)
             if variable.drawn and problem.declared.side_of(variable.name)
         }
-        self._limits = {
-            int(j): i
-            for i, slopes in self._slopes.items()
-            for j in np.flatnonzero(slopes.any(axis=0))
-        }
+        moved = {i: np.flatnonzero(slopes.any(axis=0)) for i, slopes in self._slopes.items()}
+        self._limits = {int(j[0]): i for i, j in moved.items() if len(j) == 1}
 
     def nearest(self, task: FloatArray, n: int) -> FloatArray:
         """Return the optimal designs (n, d) of the tasks nearest to a packed task (m,)."""
         return self._designs[self._near(task, n)]
 
     def limit_of(self, constraint: int) -> int | None:
-        """Return the field (column) of the limit that moves a constraint, None if none does."""
+        """Return the field (column) of the limit that moves a constraint and no other, or None."""
         return self._limits.get(constraint)
 
     def slope(self, task: FloatArray, constraint: int) -> float:

@@ -155,6 +155,7 @@ def restarted(minimise: Minimise) -> Search:
         cube = UnitCube(evaluator)
         centre = np.full(cube.dimensions, 0.5)
         point = centre if evaluator.start is None else cube.point(evaluator.start)
+        cube.objective(point)  # COBYQA would move one that lies near a bound
         while True:
             minimise(cube, point)
             point = cube.draw()

@@ -71,7 +71,7 @@ def test_no_other_optimiser_finds_better(shipped):
         updating="deferred",
     )  # fmt: skip
     optimum = problem.evaluate(pool.designs[row][None], task).log_merit[0]
-    assert found.fun == pytest.approx(optimum, abs=1e-10)
+    assert optimum - 1e-10 <= found.fun <= optimum + 1e-4
 
 
 def test_ood_asks_for_more_than_the_training_range_but_nothing_illegal(shipped):

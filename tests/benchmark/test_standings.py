@@ -9,7 +9,7 @@ import pytest
 
 from pkm_gym.benchmark import EvaluationLog
 from pkm_gym.benchmark.record import Cost, Setting
-from pkm_gym.benchmark.splits import SPLITS, manifest, sha256, split_path
+from pkm_gym.benchmark.splits import manifest, sha256, split_path
 from pkm_gym.benchmark.standings import compare, pays_after, standings
 
 
@@ -23,7 +23,7 @@ def logs(shipped, beside):
     def make(method="toy", seed=0, last=1.0, knowledge="scratch", rows=rows, budget=12):
         how = Setting(
             problem.name, "val", problem.hash(), sha256(split_path(problem.name, "val")), method,
-            "", "free", knowledge, seed, budget, SPLITS["train"] * (knowledge == "transfer"),
+            "", "free", knowledge, seed, budget, problem.declared.splits["train"] * (knowledge == "transfer"),
         )  # fmt: skip
         own = starts[: len(rows), None, :] * np.ones((1, budget, 1))
         own[:, -1] += last * (split.designs[rows] - own[:, -1])
