@@ -21,9 +21,10 @@ def logs(shipped, beside):
     starts = beside(problem, split.designs[rows], split.tasks[rows])
 
     def make(method="toy", seed=0, last=1.0, knowledge="scratch", rows=rows, budget=12):
+        learned = problem.declared.splits["train"] if knowledge == "transfer" else 0
         how = Setting(
             problem.name, "val", problem.hash(), sha256(split_path(problem.name, "val")), method,
-            "", "free", knowledge, seed, budget, problem.declared.splits["train"] * (knowledge == "transfer"),
+            "", "free", knowledge, seed, budget, learned,
         )  # fmt: skip
         own = starts[: len(rows), None, :] * np.ones((1, budget, 1))
         own[:, -1] += last * (split.designs[rows] - own[:, -1])
