@@ -18,13 +18,13 @@ def family(problem, **arguments):
 
 def play(env, episodes, rng):
     """Act at random; return the designs by episode as the info tells them."""
-    told = []
+    told, searched = [], env.unwrapped.problem.variable_names
     for _ in range(episodes):
         env.reset()
         over, designs = False, []
         while not over:
             *_, over, _, info = env.step(rng.uniform(-1, 1, env.action_space.shape))
-            designs.append(list(info["design"].values()))
+            designs.append([info["design"][name] for name in searched])
         told.append(designs)
     return np.array(told)
 

@@ -104,7 +104,9 @@ def test_mujoco_draws_the_machine_of_the_design_evaluated_last(
     if not family_problem.mechanism(usable.designs[0]).twin_module:
         pytest.skip("its mechanism has no twin")
     env = make(env_id, render_mode="rgb_array", renderer="mujoco")
-    env.reset(seed=0, options={"design": usable.designs[0], "task": usable.tasks[0]})
+    start = env.problem.reduced(family_problem.complete(usable.designs[:1]))[0]
+    start = np.clip(start, env.problem.low, env.problem.high)
+    env.reset(seed=0, options={"design": start, "task": usable.tasks[0]})
     *_, info = env.step(np.zeros(env.action_space.shape))
     assert env.render().shape == (960, 1280, 3)
     design, task = env.problem.design(info["design"]), env.session.tasks[0]
