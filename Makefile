@@ -5,6 +5,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 MECHANISMS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait
+BENCHMARKS ?= diamond spr3 spr3_cylinder stroke_leg
 
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
@@ -43,7 +44,7 @@ build/package:
 	@cp -Rp pkm_gym $@ && cp -Rp agents studies $@/pkm_gym
 
 benchmark: $(VENV)/.benchmark
-	@for name in $(MECHANISMS); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
+	@for name in $(BENCHMARKS); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only

@@ -58,7 +58,7 @@ def test_another_seed_agrees_to_ten_digits(
 ) -> None:
     again = solve_tasks(family_problem, family.tasks[:12], seed=99)
     both = again.certified & family.certified[:12] & again.solvable
-    assert both.sum() >= 11
+    assert both.sum() >= 0.9 * again.solvable.sum() > 0.0
     np.testing.assert_array_equal(again.solvable, family.solvable[:12])
     np.testing.assert_allclose(
         again.log_merit[both], family.log_merit[:12][both], rtol=0.0, atol=1e-10

@@ -14,7 +14,8 @@ MODES = ("SameStep", "NextStep", "Disabled")
 N = 5
 
 
-def pair(env_id: str, mode: str = "SameStep", **arguments):
+def pair(env_id: str, mode: str = "SameStep", *, budget: int = 12, **arguments):
+    arguments["budget"] = budget
     native = gym.make_vec(env_id, num_envs=N, autoreset_mode=mode, **arguments)
     sync = SyncVectorEnv(
         [lambda: gym.make(env_id, **arguments) for _ in range(N)], autoreset_mode=mode
@@ -237,7 +238,9 @@ def test_gymnasiums_vector_wrappers_take_the_modes_that_the_docs_say(fixed_id, n
 
 
 def test_episode_statistics_count_the_budget_and_the_return(fixed_id):
-    envs = gym.wrappers.vector.RecordEpisodeStatistics(gym.make_vec(fixed_id, num_envs=3))
+    envs = gym.wrappers.vector.RecordEpisodeStatistics(
+        gym.make_vec(fixed_id, num_envs=3, budget=12)
+    )
     envs.reset(seed=0)
     total = np.zeros(3)
     for _ in range(12):

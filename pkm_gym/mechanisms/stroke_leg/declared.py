@@ -340,6 +340,7 @@ STROKE_LEG_GAIT = Declaration(
     objectives=(Objective("thrust_rms", "minimise"),),
     reference="gait.toml",
     evaluations=24,
+    searches=3,
     starts=6,
     splits={"train": 2048, "val": 256, "test": 256, "ood": 256},
 )

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, own_row
+from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
@@ -103,7 +104,9 @@ class StrokeLegGaitProblem(DesignProblem):
 
     def explain_dimensions(self, design: FloatArray) -> str:
         """Say in words that a complete design makes no machine, and what is allowed."""
-        return explain_angles(super().sizes(design)) or super().explain_dimensions(design)
+        if dimensions_violation(tuple(self.sizes(design).values()), SMALLEST) > 0.0:
+            return super().explain_dimensions(design)
+        return explain_angles(super().sizes(design))
 
     def explain_own(self, design: FloatArray, task: GaitTask, broken: list[str]) -> list[str]:
         """Say in words by how much the rhombi miss the far corner of the foot's rectangle."""

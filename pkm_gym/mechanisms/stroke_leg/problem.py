@@ -196,7 +196,9 @@ class StrokeLegProblem(DesignProblem):
 
     def explain_dimensions(self, design: FloatArray) -> str:
         """Say in words that a complete design makes no machine, and what is allowed."""
-        return explain_angles(super().sizes(design)) or super().explain_dimensions(design)
+        if dimensions_violation(tuple(self.sizes(design).values()), SMALLEST) > 0.0:
+            return super().explain_dimensions(design)
+        return explain_angles(super().sizes(design))
 
     def explain_own(self, design: FloatArray, task: Any, broken: list[str]) -> list[str]:
         """Say nothing: the dimensions are the only limit of its own."""
