@@ -89,7 +89,7 @@ def compare(
         grid = evaluate_grid(problem)
         rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
         starts.append(grid.designs[grid.ranking()[:POLISHED]])
-    rows.append(row_of("polished", polish(problem, np.concatenate(starts)), 0, optimum))
+    place = len(rows)
     runs: dict[str, list[Row]] = {}
     for sampler in SAMPLERS + (SLOW if full else ()):
         number = min(evaluations, SLOW_EVALUATIONS) if sampler in SLOW else evaluations
@@ -101,7 +101,11 @@ def compare(
             progress()
     if agents:
         runs |= imported(AGENTS)(problem, optimum, seeds, progress)
+    if len(starts) == 1:  # no grid: from what the runs found
+        found = [row.design for own in runs.values() for row in own if row.feasible == "yes"]
+        starts += [problem.design(design)[None] for design in found]
     rows += [median(name, own) for name, own in runs.items()]
+    rows.insert(place, row_of("polished", polish(problem, np.concatenate(starts)), 0, optimum))
     if optimum is not None:
         rows.append(optimum)
     return Comparison(problem, rows, runs, verdict(problem))

@@ -114,7 +114,7 @@ def summary(best: Evaluation) -> list[str]:
     lines = [f"found: {first.name} = {show(value, first.unit)} at {at}"]
     lines[0] += f" ({lengths})" if lengths else ""
     optimum = verified_optimum(problem)
-    lines.append(f"checked: it {judged(row_of('found', best, 0, optimum), optimum)}")
+    lines.append(f"checked: {judged(row_of('found', best, 0, optimum), optimum)}")
     lines += _beside_paper(best)
     files = ", ".join(("grid.nc", "compare.md", "compare.json", PICTURE))
     lines.append(f"files: {files} in {folder}; studies in {default_storage(problem.name)}")

@@ -135,7 +135,7 @@ def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monk
     result = run("study", "diamond", "--trials", 20)
     assert result.exit_code == 0, result.output
     lines = result.output.rstrip().splitlines()[-5:]
-    starts = ("found: tau_G = ", "checked: it agrees with the verified optimum", "paper: ")
+    starts = ("found: tau_G = ", "checked: agrees with the verified optimum", "paper: ")
     assert all(line.startswith(start) for line, start in zip(lines, starts, strict=False))
     assert lines[-2].startswith("files: ")
     assert lines[-1] == "look at it: pkm-gym dashboard diamond"
@@ -161,7 +161,7 @@ def test_study_without_a_papers_grid_or_index_says_so(run, monkeypatch, name):
     problem = make_problem(name)
     theirs, best = problem.reference["gci"].ours, problem.reference.optima["gci"].value
     assert lines[0].startswith(f"found: gci = {best:.4g} at ")
-    assert lines[1] == "checked: it agrees with the verified optimum (recorded)"
+    assert lines[1] == "checked: agrees with the verified optimum (recorded)"
     assert lines[2] == (
         f"paper: its design has {theirs:.4g} with our model, so ours is "
         f"{100 * (best / theirs - 1):.2f} % better; it prints no gci"
