@@ -75,10 +75,11 @@ class Space:
         """Return designs (n, d) with what is fixed and what follows put in."""
         if len(self.searched) == len(self.every):
             return designs
-        full = np.repeat(self._held, len(designs), axis=0)
-        full[:, self.columns] = designs
-        for name, source in self.following.items():
-            full[:, self._column(name)] = full[:, self._column(source)]
+        full = np.empty((len(designs), len(self.every)))
+        full[:] = self._held
+        full[:, self._searched_columns] = designs
+        for column, source in self._followers:
+            full[:, column] = full[:, source]
         return full
 
     def reduced(self, full: FloatArray) -> FloatArray:
@@ -90,6 +91,19 @@ class Space:
     def columns(self) -> list[int]:
         """Where the searched variables are in a complete design."""
         return [self._column(variable.name) for variable in self.searched]
+
+    @cached_property
+    def _searched_columns(self) -> slice | list[int]:
+        """The same as a slice, which is faster, where they stand side by side."""
+        first, last = self.columns[0], self.columns[-1]
+        return slice(first, last + 1) if last + 1 - first == len(self.columns) else self.columns
+
+    @cached_property
+    def _followers(self) -> list[tuple[int, int]]:
+        """Columns of the variables that follow another one, each with the other's."""
+        return [
+            (self._column(name), self._column(source)) for name, source in self.following.items()
+        ]
 
     @cached_property
     def _held(self) -> FloatArray:
