@@ -36,9 +36,8 @@ def sample_rule(sampling: str, nodes: int, points: int) -> tuple[FloatArray, Flo
     """Return a sample of the rectangle as rows of factors, so that one rule serves all tasks.
 
     Returns:
-        of theta: array (n, 4); a node is its first three factors times (theta_min, 45 deg,
-        theta_max), its weight the fourth times the width of the part that it lies in (below 45 deg,
-        above, or all: that of the sum of the first three, weighted).
+        of theta: array (n, 6); a node is its first three factors times (theta_min, 45 deg,
+        theta_max), its weight the last three times the same.
         of varphi: array (k, 2); a node in units of the swing, and its weight.
     """
     if sampling == "gauss":
@@ -70,7 +69,7 @@ def condition_moments(
     """Return mean, standard deviation and least value of the sampled condition number.
 
     Eqs (18), (19) and (21), the second as the deviation that its text describes. ``across`` (n, 6)
-    and ``along`` (k, 2) are a ``sample_rule``, ``sample`` (6, k) is scratch.
+    and ``along`` (k, 2) are a ``sample_rule``, ``sample`` (3, k) is scratch.
     """
     l1, ob, theta_b, l5, l6, phi, gamma = links
     sin_a, cos_a = math.sin(phi + theta_b), math.cos(phi + theta_b)
