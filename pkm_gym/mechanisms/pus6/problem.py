@@ -10,6 +10,7 @@ import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
+from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
@@ -223,6 +224,11 @@ class Pus6Problem(DesignProblem):
             tilt=task.tilt,
             spin=task.spin,
         )
+
+    def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
+        """Return the local indices at poses (..., 6), of the convention and the unit of length."""
+        assert isinstance(machine, Pus6)
+        return machine.chosen_maps(pose, self.task.characteristic_length, self.options.convention)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""
