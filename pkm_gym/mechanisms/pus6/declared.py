@@ -173,7 +173,7 @@ PUS6 = Declaration(
     constraints=CONSTRAINTS,
     objectives=OBJECTIVES,
     starts=4,
-    motion={"speed": 0.05, "frame_skip": 10},
+    motion={"frame_skip": 20},
 )
 
 TASK, DESIGN = record(Pus6Task), record(Design)
