@@ -219,8 +219,8 @@ class Pus6(Mechanism):
         most = ("rod_tilt", "s_cone")
         local = self.local_indices(pose, length, convention)
         means = {name: IndexMap(name, "", "mean", local[name]) for name in NAMES}
-        limits = {
-            name: IndexMap(name, units[name], "max" if name in most else "min", values)
+        limits = {  # their extremes stand at the box's corners: a picture shows one orientation
+            name: IndexMap(name, units[name], "max" if name in most else "min", values, drawn=False)
             for name, values in self.local_limits(pose).items()
         }
         return means | limits
