@@ -238,12 +238,13 @@ class Pus6Problem(DesignProblem):
             z=task.z,
             tilt=task.tilt,
             spin=task.spin,
+            characteristic_length=task.characteristic_length,
         )
 
     def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the local indices at poses (..., 6), of the convention and the unit of length."""
+        """Return the local indices at poses (..., 6), of the problem's convention."""
         assert isinstance(machine, Pus6)
-        return machine.chosen_maps(pose, self.task.characteristic_length, self.options.convention)
+        return machine.chosen_maps(pose, self.options.convention)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""
