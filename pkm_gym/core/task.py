@@ -187,3 +187,6 @@ class Task:
 
 def _pair(values: tuple[float, float]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
+
+
+TaskLike = Task | Mapping[str, float] | None
