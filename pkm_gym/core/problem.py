@@ -96,7 +96,11 @@ class DesignProblem(ProblemStatement, ABC):
         return np.column_stack([log, evaluation.constraints + merit.TOLERANCE])
 
     def _grid(self) -> FloatArray | None:
-        """Return the paper's grid of complete designs, or None where the paper has none."""
+        """Return a grid of complete designs over the paper's ranges, or None where it has none.
+
+        With the paper's values of those variables that are declared ``scanned``, steps of ours in
+        the others.
+        """
         return None
 
     # What everyone calls --------------------------------------------------------------------------
@@ -187,7 +191,10 @@ class DesignProblem(ProblemStatement, ABC):
         return {name: maps[name] for name in maps if maps[name].drawn and name in self.index_names}
 
     def grid(self) -> FloatArray | None:
-        """Return the paper's grid (n, d) within the bounds, or None where the paper has none."""
+        """Return the grid over the paper's ranges (n, d) within the bounds, or None without one.
+
+        It is the paper's if one of its variables is ``scanned``; the steps of the others are ours.
+        """
         full = self._grid()
         return None if full is None else self.space.within(full)
 

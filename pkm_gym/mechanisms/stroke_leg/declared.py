@@ -15,7 +15,7 @@ from pkm_gym.core.task import Task, quantity
 MEASURES = ("uniform", "area")  # of a mean: (theta, varphi), or the foot's x and z
 SAMPLINGS = ("gauss", "grid", "midpoint")
 PRINTED_WEIGHTS = (0.516, 20.8, 8.19)  # mu_1, mu_2, mu_3 of eq. (22)
-GRID_NODES = 61  # of the paper's sample, 1 deg each way; eta_FC = sigma / 61
+GRID_NODES = 61  # 1 deg each way, which the printed eta_FC fits: sigma / 61
 EXTENSION = 2.0  # a cylinder with its rod all out is less than twice as long as with it all in
 
 
@@ -69,7 +69,7 @@ class StrokeLegOptions(Options):
     )
     sampling: str = option(
         "gauss",
-        "Gauss nodes on either side of theta = 45 deg, the paper's grid, or the middles of a grid",
+        "Gauss nodes on either side of theta = 45 deg, an even grid, or the middles of one",
         choices=lambda: SAMPLINGS,
     )
     nodes: int = option(8, "Gauss nodes in varphi, and in theta on either side", low=2, high=64)

@@ -141,7 +141,7 @@ def _swept(
 
 
 def _raw_indices(problem: DesignProblem, name: str, values: FloatArray) -> dict[str, FloatArray]:
-    """Return what the paper's grid gives on its own rectangle, a dead line or not."""
+    """Return what a grid of 1 deg gives on the paper's rectangle, a dead line or not."""
     found = []
     for value in values.tolist():
         machine = problem.mechanism(problem.design({**problem.reference.design, name: value}))
