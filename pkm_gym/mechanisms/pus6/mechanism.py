@@ -77,6 +77,7 @@ class Pus6(Mechanism):
     z: float = dimension("m", "half the box's height", low=-1e-12, default=0.03)
     tilt: float = dimension("rad", "largest tilt", high=math.pi / 2, default=math.radians(10))
     spin: float = dimension("rad", "largest spin", high=math.pi, default=math.radians(10))
+    characteristic_length: float = dimension("m", "unit of length of eta_F, eta_I", default=0.01)
 
     pose_names = ("x", "y", "z", "alpha", "beta", "gamma")
     twist_names = ("wx", "wy", "wz", "vx", "vy", "vz")
@@ -184,17 +185,21 @@ class Pus6(Mechanism):
     def local_indices(
         self,
         pose: FloatArray,
-        characteristic_length: float = 0.01,
+        characteristic_length: float | None = None,
         convention: str = "influence",
     ) -> dict[str, FloatArray]:
-        """Return 1/K of the six indices (...) at poses (..., 6), and det G^-1 (m^3) as "det"."""
+        """Return 1/K of the six indices (...) at poses (..., 6), and det G^-1 (m^3) as "det".
+
+        ``characteristic_length``, m: the machine's if not given.
+        """
         check_known("convention", [convention], CONVENTIONS)
         skew = 1.0 if convention == "influence" else 0.0
         rows = as_rows(pose, 6)
         flat = np.ascontiguousarray(rows.reshape(-1, 6)[:, [0, 1, 3, 4, 5]])
         states = states_of(flat)
         tables = np.empty((1, len(states), LOCAL * BLOCK))
-        square, length = np.array([self.L**2]), np.array([float(characteristic_length)])
+        unit = characteristic_length or self.characteristic_length
+        square, length = np.array([self.L**2]), np.array([float(unit)])
         tabulate(
             POSE_WORK * len(flat), states[None], self.layout[None], square, length, skew, tables
         )
@@ -218,16 +223,16 @@ class Pus6(Mechanism):
 
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return the local indices at poses (..., 6), by the name of the design's index."""
-        return self.chosen_maps(pose, 0.01, "influence")
+        return self.chosen_maps(pose, "influence")
 
-    def chosen_maps(self, pose: FloatArray, length: float, convention: str) -> dict[str, IndexMap]:
-        """Return the same with a characteristic length (m) and a convention."""
+    def chosen_maps(self, pose: FloatArray, convention: str) -> dict[str, IndexMap]:
+        """Return the same with a convention."""
         units = {"rod_tilt": "rad", "s_cone": "rad", "clearance": "m", "aspect": ""}
         most = ("rod_tilt", "s_cone")
-        local = self.local_indices(pose, length, convention)
+        local = self.local_indices(pose, convention=convention)
         means = {name: IndexMap(name, "", "mean", local[name]) for name in NAMES}
-        limits = {
-            name: IndexMap(name, units[name], "max" if name in most else "min", values)
+        limits = {  # their extremes stand at the box's corners: a picture shows one orientation
+            name: IndexMap(name, units[name], "max" if name in most else "min", values, drawn=False)
             for name, values in self.local_limits(pose).items()
         }
         return means | limits
