@@ -105,7 +105,9 @@ def measure_one(
     unreached = 0.0
     if not reach < 1.0:
         unreached = UNREACHED + reach - 1.0
-    elif not abs(at_home) > SINGULAR * design.R**3 or not math.isfinite(eta.sum()):
+    elif not abs(at_home) > SINGULAR * design.R**3:
+        unreached, aspect = UNREACHED, 0.0
+    elif not math.isfinite(eta.sum()):
         unreached = UNREACHED
     if unreached > 0.0:
         eta[:] = math.nan
@@ -125,7 +127,7 @@ def measure_one(
         s_cone=math.acos(min(1.0, cosine)),
         clearance=near,
         spacing=2.0 * design.r_B * math.sin(0.5 * design.phi_A),
-        aspect=aspect if unreached == 0.0 else math.nan,
+        aspect=aspect,
         reach=reach,
     )
     return indices, Limits(dimensions=impossible), unreached
