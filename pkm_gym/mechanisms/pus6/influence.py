@@ -82,7 +82,7 @@ def first_order(legs: Legs) -> tuple[SixFives, float, tuple[float, float, float,
     turning = squares(x) + squares(y) + squares(z)
     moving = squares(u) + squares(v) + 6.0
     norms = (turning, moving, *pseudo_inverses(x, y, z, u, v))
-    return (wx, wy, wz, vx, vy, vz), math.sqrt(6.0) * det, norms
+    return (wx, wy, wz, vx, vy, vz), -math.sqrt(6.0) * det, norms  # the basis is left-handed
 
 
 @formula
