@@ -174,6 +174,7 @@ PUS6 = Declaration(
     objectives=OBJECTIVES,
     starts=4,
     motion={"speed": 0.05, "frame_skip": 10},
+    splits={},  # two variables: what interpolates a few optima solves all tasks
 )
 
 TASK, DESIGN = record(Pus6Task), record(Design)
