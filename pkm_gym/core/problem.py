@@ -24,7 +24,7 @@ from pkm_gym.core.rows import Dimension, Index, Measured
 from pkm_gym.core.space import Space
 from pkm_gym.core.task import Task, TaskVariable, Variable
 from pkm_gym.core.trial import TrialObjective
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.types import BoolArray, FloatArray
 
 TaskLike = Task | Mapping[str, float] | None
 
@@ -162,6 +162,13 @@ class DesignProblem(ABC):
     def _grid(self) -> FloatArray | None:
         """Return the paper's grid of complete designs, or None where the paper has none."""
         return None
+
+    def atlas_columns(
+        self, evaluation: Evaluation
+    ) -> dict[str, tuple[FloatArray | BoolArray, str]]:
+        """Return what an atlas holds beside the indices: name -> values (n,) and what they are."""
+        del evaluation
+        return {}
 
     # What everyone calls --------------------------------------------------------------------------
 

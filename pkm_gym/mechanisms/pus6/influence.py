@@ -244,10 +244,7 @@ def moving_slice(s: Symmetric) -> tuple[float, float]:
 
 @formula
 def inverse_gram(aa: float, bb: float, cc: float, ab: float, ac: float, bc: float) -> float:
-    """Return the squared norm of the pseudo-inverse of three rows: the trace of Gram^-1.
-
-    Infinite beside a singularity, where rounding may leave no determinant.
-    """
+    """Return the squared norm of the pseudo-inverse of three rows; infinite if it has none."""
     mab, mac, mbc = aa * bb - ab * ab, aa * cc - ac * ac, bb * cc - bc * bc
     det = aa * mbc - ab * (ab * cc - ac * bc) + ac * (ab * bc - ac * bb)
     return (mab + mac + mbc) / det if not det <= 0.0 else math.inf
