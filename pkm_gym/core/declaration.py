@@ -81,7 +81,7 @@ class Declaration:
             its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified.
         starts: from how many of them each search descends; 0: differential evolution searches.
-        splits: split -> number of tasks.
+        splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
     """

@@ -11,6 +11,7 @@ import typer
 from pkm_gym.benchmark.splits import (
     Entry,
     check_split,
+    check_splits,
     default_folder,
     draw,
     manifest,
@@ -50,6 +51,7 @@ def command(
     kept as the best known. Stopped by Ctrl-C, the same command goes on where it was.
     """
     problem = family_problem(name)
+    check_splits(problem)
     chosen = split or list(problem.declared.splits)
     for one in chosen:
         check_split(problem, one)
