@@ -79,6 +79,7 @@ def room(name: str) -> str:
 
 
 def is_figures(name: str) -> bool:
+    """Whether a module is a mechanism's figures.py, or lies in its folder figures."""
     return room(name) == "pkm_gym.mechanisms" and name.split(".")[3:4] == ["figures"]
 
 

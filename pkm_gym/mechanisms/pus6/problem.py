@@ -105,7 +105,9 @@ def measure_one(
     unreached = 0.0
     if not reach < 1.0:
         unreached = UNREACHED + reach - 1.0
-    elif not abs(at_home) > SINGULAR * design.R**3 or not math.isfinite(eta.sum()):
+    elif not abs(at_home) > SINGULAR * design.R**3:
+        unreached, aspect = UNREACHED, 0.0
+    elif not math.isfinite(eta.sum()):
         unreached = UNREACHED
     if unreached > 0.0:
         eta[:] = math.nan
@@ -122,10 +124,10 @@ def measure_one(
         balanced5=(four * (eta[2] / printed[2])) ** 0.2,
         stroke=travel + 2.0 * task.z,
         rod_tilt=math.asin(min(1.0, reach)),
-        s_cone=math.acos(min(1.0, cosine)),
+        s_cone=math.acos(cosine if not cosine > 1.0 else 1.0),  # NaN out of reach
         clearance=near,
         spacing=2.0 * design.r_B * math.sin(0.5 * design.phi_A),
-        aspect=aspect if unreached == 0.0 else math.nan,
+        aspect=aspect,
         reach=reach,
     )
     return indices, Limits(dimensions=impossible), unreached
@@ -199,9 +201,9 @@ class Pus6Problem(DesignProblem):
         set_out(0.2 * n, designs, tasks, boxes, layouts, squares, lengths)
         if self.options.workspace == "paper":
             for k in range(n):
-                means[k] = averages(
-                    layouts[k], designs[k, 0], lengths[k], self._skew, self.options.same_aspect
-                ).means
+                L, length = float(designs[k, 0]), float(lengths[k])
+                found = averages(layouts[k], L, length, self._skew, self.options.same_aspect)
+                means[k] = found.means
             return layouts, means
         blocks, boxes = -(-poses // BLOCK), boxes[: len(tasks)]
         states = np.empty((len(boxes), blocks, STATE * BLOCK))
@@ -238,12 +240,13 @@ class Pus6Problem(DesignProblem):
             z=task.z,
             tilt=task.tilt,
             spin=task.spin,
+            characteristic_length=task.characteristic_length,
         )
 
     def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the local indices at poses (..., 6), of the convention and the unit of length."""
+        """Return the local indices at poses (..., 6), of the problem's convention."""
         assert isinstance(machine, Pus6)
-        return machine.chosen_maps(pose, self.task.characteristic_length, self.options.convention)
+        return machine.chosen_maps(pose, self.options.convention)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""
