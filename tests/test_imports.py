@@ -79,7 +79,8 @@ def room(name: str) -> str:
 
 
 def is_figures(name: str) -> bool:
-    return room(name) == "pkm_gym.mechanisms" and name.endswith(".figures")
+    """Whether a module is a mechanism's figures.py or one of its parts, such as gait_figures.py."""
+    return room(name) == "pkm_gym.mechanisms" and name.endswith((".figures", "_figures"))
 
 
 def is_client(name: str) -> bool:
@@ -102,6 +103,7 @@ def test_imports_run_downwards(name: str) -> None:
             below = LEVELS[other] < LEVELS[own] or (is_figures(name) and other == "pkm_gym.plots")
             assert own == other or below, f"{name} imports {target}"
             assert not is_client(target), f"{name} imports {target}, which is found by name"
+            assert is_figures(name) or not is_figures(target), f"{name} imports {target}"
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if room(name) == "pkm_gym.mechanisms"])

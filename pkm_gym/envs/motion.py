@@ -255,8 +255,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     def _distance(self) -> float:
         """Return how far the tool is from where the path is now, m."""
-        wanted = self.rig.path.positions[2 * self.steps_done]
-        return float(np.linalg.norm(wanted - self.rig.state.position))
+        return float(np.linalg.norm(self.rig.off(2 * self.steps_done)))
 
     def _reason(self) -> str:
         """Return why the episode ends, "" if it goes on."""

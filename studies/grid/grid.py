@@ -19,7 +19,7 @@ from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
-from pkm_gym.studies.grid.designs import grid_designs, grid_name, steps_in_words
+from pkm_gym.studies.grid.designs import grid_designs, grid_in_words, grid_name
 from pkm_gym.studies.search.samplers import constraints_of
 from pkm_gym.studies.storage.storages import artifact_folder, default_storage, open_storage, quiet
 from pkm_gym.studies.storage.studies import count_finished, open_study
@@ -33,7 +33,7 @@ def evaluate_grid(
     step: float | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Evaluation:
-    """Evaluate the paper's grid within the problem's bounds, or ours: see ``grid_designs``.
+    """Evaluate a grid within the problem's bounds, the paper's or ours: see ``grid_designs``.
 
     ``progress`` is called after every part of it with the number of its designs.
     """
@@ -89,8 +89,9 @@ def grid(
 
     Args:
         problem: what is evaluated, with its task.
-        step: of a grid over the bounds, in the variables' SI units; without one it is the paper's
-            grid, or where there is none, ours with the steps that the variables declare.
+        step: of a grid over the bounds, in the variables' SI units; without one it is the grid
+            over the paper's ranges, or where there is none, ours with the steps that the variables
+            declare.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
         name: of the study; the problem's name, "grid" and the step by default.
         output: the atlas; runs/NAME/grid.nc by default.
@@ -128,7 +129,5 @@ def best_of_grid(problem: DesignProblem, step: float | None) -> str:
 
 def grid_line(evaluation: Evaluation, step: float | None = None) -> str:
     """Return how many designs a grid has, whose it is and how many are feasible."""
-    whose, feasible = grid_name(evaluation.problem, step), int(evaluation.feasible.sum())
-    if whose == "our grid":
-        whose += f" (a step of {steps_in_words(evaluation.problem, step)} over the bounds)"
+    whose, feasible = grid_in_words(evaluation.problem, step), int(evaluation.feasible.sum())
     return f"{len(evaluation):,} designs of {whose}, {feasible:,} feasible"

@@ -70,11 +70,13 @@ def test_no_other_optimiser_finds_better(shipped):
     found = scipy.optimize.differential_evolution(
         log_merit,
         list(zip(problem.low, problem.high, strict=True)),
-        rng=3, popsize=30, maxiter=300, tol=0.0, polish=False, vectorized=True,
+        rng=3, popsize=30, maxiter=1200, tol=0.0, polish=False, vectorized=True,
         updating="deferred",
     )  # fmt: skip
     optimum = problem.evaluate(pool.designs[row][None], task).log_merit[0]
-    assert optimum - 1e-10 <= found.fun <= optimum + 1e-4
+    # One search ends near, no more, where more than two must agree: a problem of many basins.
+    near = 1e-10 if problem.declared.searches == 2 else 1e-5
+    assert optimum - 1e-10 <= found.fun <= optimum + near
 
 
 def test_ood_asks_for_more_than_the_training_range_but_nothing_illegal(shipped):

@@ -8,16 +8,14 @@ from pkm_gym.core.compile import batch_kernel, kernel
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pus6.five import Five, Symmetric, rows_of
 from pkm_gym.mechanisms.pus6.influence import (
-    ACROSS,
     Legs,
-    along_sliders,
     first_order,
-    lifted,
     over_drops,
     second_order,
     weighted,
 )
 from pkm_gym.mechanisms.pus6.kinematics import legs_at, rotation_of
+from pkm_gym.mechanisms.pus6.six import ACROSS, along_sliders, lifted
 
 
 @kernel

@@ -24,55 +24,24 @@ from pkm_gym.mechanisms.pus6.five import (
     squared_norm,
     symmetric_cofactors_norm,
 )
+from pkm_gym.mechanisms.pus6.six import (
+    Six,
+    across,
+    along_sliders,
+    beside,
+    lifted,
+    mean,
+    squares,
+    without,
+)
 
 Leg = tuple[float, float, float, float, float, float]  # arm c and rod l from slider to S joint
 Legs = tuple[Leg, Leg, Leg, Leg, Leg, Leg]
-Six = tuple[float, float, float, float, float, float]
 SixFives = tuple[Five, Five, Five, Five, Five, Five]
 SixForms = tuple[Symmetric, Symmetric, Symmetric, Symmetric, Symmetric, Symmetric]
 
-R2, R12 = math.sqrt(0.5), math.sqrt(1.0 / 12.0)
-# The five directions across (1, ..., 1), as rows for each slider.
-ACROSS = (
-    (R2, 0.0, 0.0, 0.5, R12),
-    (-R2, 0.0, 0.0, 0.5, R12),
-    (0.0, R2, 0.0, -0.5, R12),
-    (0.0, -R2, 0.0, -0.5, R12),
-    (0.0, 0.0, R2, 0.0, -2.0 * R12),
-    (0.0, 0.0, -R2, 0.0, -2.0 * R12),
-)
-
-SINGULAR = 1e-20  # squared: of cofactors to the norm's fourth power, that count as none
+SINGULAR = 1e-26  # squared: of cofactors to the norm's fourth power, that count as none
 A = B = 0.02  # error coefficients of eqs (2) and (3)
-
-
-@formula
-def across(a: Six) -> Five:
-    """Return the coordinates of a slider vector in the five directions across (1, ..., 1)."""
-    s, t = a[0] + a[1], a[2] + a[3]
-    return (
-        R2 * (a[0] - a[1]),
-        R2 * (a[2] - a[3]),
-        R2 * (a[4] - a[5]),
-        0.5 * (s - t),
-        R12 * (s + t - 2.0 * (a[4] + a[5])),
-    )
-
-
-@formula
-def along_sliders(v: Five) -> Six:
-    """Return the slider vector of coordinates in the five directions."""
-    s, t, u = 0.5 * v[3] + R12 * v[4], -0.5 * v[3] + R12 * v[4], -2.0 * R12 * v[4]
-    return (
-        s + R2 * v[0], s - R2 * v[0], t + R2 * v[1], t - R2 * v[1], u + R2 * v[2], u - R2 * v[2],
-    )  # fmt: skip
-
-
-@formula
-def lifted(a: Six) -> Six:
-    """Return the row of v_z with its part along (1, ..., 1): each slider lifts by a sixth."""
-    s = 1.0 / 6.0
-    return a[0] + s, a[1] + s, a[2] + s, a[3] + s, a[4] + s, a[5] + s
 
 
 @formula
@@ -85,11 +54,11 @@ def inverse_row(leg: Leg) -> tuple[float, float, float, float, float]:
 
 
 @formula
-def first_order(legs: Legs) -> tuple[SixFives, float, float, float]:
-    """Return the rows of G across (1, ..., 1), det G^-1, and the squared norms of G^-1's two parts.
+def first_order(legs: Legs) -> tuple[SixFives, float, tuple[float, float, float, float]]:
+    """Return the rows of G across (1, ..., 1), det G^-1, and four squared norms.
 
     The rows omega and v; v_z has 1/sqrt(6) along (1, ..., 1) besides. The norms are those of the
-    columns of omega (1/m^2) and of v.
+    columns of G^-1, omega (m^2) and v, and of the pseudo-inverses of G's parts omega and v.
     """
     a, b, c = inverse_row(legs[0]), inverse_row(legs[1]), inverse_row(legs[2])
     d, e, f = inverse_row(legs[3]), inverse_row(legs[4]), inverse_row(legs[5])
@@ -112,19 +81,8 @@ def first_order(legs: Legs) -> tuple[SixFives, float, float, float]:
     vz = combined3(1.0, near, -mean(u), vx, -mean(v), vy)
     turning = squares(x) + squares(y) + squares(z)
     moving = squares(u) + squares(v) + 6.0
-    return (wx, wy, wz, vx, vy, vz), math.sqrt(6.0) * det, turning, moving
-
-
-@formula
-def mean(a: Six) -> float:
-    """Return the mean of six numbers."""
-    return (a[0] + a[1] + a[2] + a[3] + a[4] + a[5]) * (1.0 / 6.0)
-
-
-@formula
-def squares(a: Six) -> float:
-    """Return the sum of the squares of six numbers."""
-    return a[0] ** 2 + a[1] ** 2 + a[2] ** 2 + a[3] ** 2 + a[4] ** 2 + a[5] ** 2
+    norms = (turning, moving, *pseudo_inverses(x, y, z, u, v))
+    return (wx, wy, wz, vx, vy, vz), -math.sqrt(6.0) * det, norms  # the basis is left-handed
 
 
 @formula
@@ -243,11 +201,19 @@ def moving_slice(s: Symmetric) -> tuple[float, float]:
 
 
 @formula
-def inverse_gram(aa: float, bb: float, cc: float, ab: float, ac: float, bc: float) -> float:
-    """Return the squared norm of the pseudo-inverse of three rows; infinite if it has none."""
-    mab, mac, mbc = aa * bb - ab * ab, aa * cc - ac * ac, bb * cc - bc * bc
-    det = aa * mbc - ab * (ab * cc - ac * bc) + ac * (ab * bc - ac * bb)
-    return (mab + mac + mbc) / det if not det <= 0.0 else math.inf
+def pseudo_inverses(x: Six, y: Six, z: Six, u: Six, v: Six) -> tuple[float, float]:
+    """Return the squared norms of the pseudo-inverses of G's two parts, omega and v.
+
+    From the columns of G^-1, of v_z (1, ..., 1): the pseudo-inverse of either part are its columns
+    without what lies along those of the other. Nothing grows without bounds beside a singularity.
+    """
+    one = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    u1 = without(u, one)
+    v1 = without(without(v, one), u1)
+    turning = beside(x, one, u1, v1) + beside(y, one, u1, v1) + beside(z, one, u1, v1)
+    y1 = without(y, x)
+    z1 = without(without(z, x), y1)
+    return turning, beside(u, x, y1, z1) + beside(v, x, y1, z1) + beside(one, x, y1, z1)
 
 
 @formula
@@ -259,14 +225,10 @@ def local_indices(legs: Legs, lc: float, skew: float) -> tuple[float, ...]:
         lc: characteristic length, m: the unit of length of eta_F and eta_I.
         skew: 1 for the influence-coefficient convention of H, 0 for the symmetric one.
     """
-    rows, det, turning, moving = first_order(legs)
+    rows, det, (turning, moving, pinv_w, pinv_v) = first_order(legs)
     wx, wy, wz, vx, vy, vz = rows
-    xx, yy, zz = dot(wx, wx), dot(wy, wy), dot(wz, wz)
-    norm_w = xx + yy + zz
-    pinv_w = inverse_gram(xx, yy, zz, dot(wx, wy), dot(wx, wz), dot(wy, wz))
-    uu, vv, tt = dot(vx, vx), dot(vy, vy), dot(vz, vz) + 1.0 / 6.0
-    norm_v = uu + vv + tt
-    pinv_v = inverse_gram(uu, vv, tt, dot(vx, vy), dot(vx, vz), dot(vy, vz))
+    norm_w = dot(wx, wx) + dot(wy, wy) + dot(wz, wz)
+    norm_v = dot(vx, vx) + dot(vy, vy) + dot(vz, vz) + 1.0 / 6.0
     K_w, K_v = math.sqrt(norm_w * pinv_w), math.sqrt(norm_v * pinv_v)
 
     forms, reach, spin = second_order(legs, rows)

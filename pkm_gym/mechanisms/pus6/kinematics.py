@@ -146,6 +146,8 @@ def correction(
         matrix[i, 0], matrix[i, 1], matrix[i, 2] = cy - cz * ky, cz * kx - cx, cx * ky - cy * kx
         matrix[i, 3], matrix[i, 4], matrix[i, 5] = kx, ky, 1.0
         row[i] = q[i] - (pose[2] + cz - lz - home)
+    if not math.isfinite(matrix.sum() + row.sum()):  # out of reach
+        return math.inf, 0.0
     det = np.linalg.det(matrix)
     if not abs(det) > 0.0:
         return math.inf, 0.0

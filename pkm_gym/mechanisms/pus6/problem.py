@@ -105,7 +105,9 @@ def measure_one(
     unreached = 0.0
     if not reach < 1.0:
         unreached = UNREACHED + reach - 1.0
-    elif not abs(at_home) > SINGULAR * design.R**3 or not math.isfinite(eta.sum()):
+    elif not abs(at_home) > SINGULAR * design.R**3:
+        unreached, aspect = UNREACHED, 0.0
+    elif not math.isfinite(eta.sum()):
         unreached = UNREACHED
     if unreached > 0.0:
         eta[:] = math.nan
@@ -125,7 +127,7 @@ def measure_one(
         s_cone=math.acos(min(1.0, cosine)),
         clearance=near,
         spacing=2.0 * design.r_B * math.sin(0.5 * design.phi_A),
-        aspect=aspect if unreached == 0.0 else math.nan,
+        aspect=aspect,
         reach=reach,
     )
     return indices, Limits(dimensions=impossible), unreached
@@ -238,12 +240,13 @@ class Pus6Problem(DesignProblem):
             z=task.z,
             tilt=task.tilt,
             spin=task.spin,
+            characteristic_length=task.characteristic_length,
         )
 
     def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
-        """Return the local indices at poses (..., 6), of the convention and the unit of length."""
+        """Return the local indices at poses (..., 6), of the problem's convention."""
         assert isinstance(machine, Pus6)
-        return machine.chosen_maps(pose, self.task.characteristic_length, self.options.convention)
+        return machine.chosen_maps(pose, self.options.convention)
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the lengths of a complete design."""
