@@ -124,7 +124,7 @@ def measure_one(
         balanced5=(four * (eta[2] / printed[2])) ** 0.2,
         stroke=travel + 2.0 * task.z,
         rod_tilt=math.asin(min(1.0, reach)),
-        s_cone=math.acos(min(1.0, cosine)),
+        s_cone=math.acos(cosine if not cosine > 1.0 else 1.0),  # NaN out of reach
         clearance=near,
         spacing=2.0 * design.r_B * math.sin(0.5 * design.phi_A),
         aspect=aspect,
@@ -201,9 +201,9 @@ class Pus6Problem(DesignProblem):
         set_out(0.2 * n, designs, tasks, boxes, layouts, squares, lengths)
         if self.options.workspace == "paper":
             for k in range(n):
-                means[k] = averages(
-                    layouts[k], designs[k, 0], lengths[k], self._skew, self.options.same_aspect
-                ).means
+                L, length = float(designs[k, 0]), float(lengths[k])
+                found = averages(layouts[k], L, length, self._skew, self.options.same_aspect)
+                means[k] = found.means
             return layouts, means
         blocks, boxes = -(-poses // BLOCK), boxes[: len(tasks)]
         states = np.empty((len(boxes), blocks, STATE * BLOCK))

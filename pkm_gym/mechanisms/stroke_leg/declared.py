@@ -344,6 +344,7 @@ STROKE_LEG_GAIT = Declaration(
     evaluations=24,
     searches=3,
     starts=6,
+    neighbours=6,
     splits={"train": 2048, "val": 256, "test": 256, "ood": 256},
 )
 

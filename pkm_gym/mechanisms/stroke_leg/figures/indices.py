@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym import plots
-from pkm_gym.mechanisms.stroke_leg.leg_figures import WIDTH, printed_leg
+from pkm_gym.mechanisms.stroke_leg.figures.leg import WIDTH, printed_leg
 from pkm_gym.mechanisms.stroke_leg.workspace import StrokeLeg
 from pkm_gym.plots.maps import colour_bar, hatch
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym import plots
-from pkm_gym.mechanisms.stroke_leg.leg_figures import WIDTH, draw_leg, printed_leg
+from pkm_gym.mechanisms.stroke_leg.figures.leg import WIDTH, draw_leg, printed_leg
 from pkm_gym.mechanisms.stroke_leg.mechanism import Leg
 from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 

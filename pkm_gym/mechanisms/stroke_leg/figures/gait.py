@@ -8,7 +8,7 @@ import numpy as np
 
 from pkm_gym import plots
 from pkm_gym.core.solve import solve_tasks
-from pkm_gym.mechanisms.stroke_leg.leg_figures import WIDTH
+from pkm_gym.mechanisms.stroke_leg.figures.leg import WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
