@@ -14,6 +14,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pus6 import influence, lattice
 from pkm_gym.mechanisms.pus6.atlas import Atlas, lattice_atlas
+from pkm_gym.mechanisms.pus6.claims import spread
 from pkm_gym.mechanisms.pus6.kinematics import PER_LEG
 from pkm_gym.mechanisms.pus6.mechanism import NAMES
 
@@ -183,13 +184,11 @@ def test_how_the_designs_rank_that_the_text_names(atlas: Atlas) -> None:
 
 
 def test_how_much_the_indices_depend_on_the_length(atlas: Atlas) -> None:
-    for name, at, wanted in (
-        ("eta_omega", (10, 13, 19, 20), (15.1, 8.0, 2.7, 2.0)),
-        ("eta_F", (10, 13, 20), (2.4, 7.6, 13.3)),
-    ):
-        values = atlas[name].reshape(11, 11)
-        spread = 100.0 * (values.max(axis=0) / values.min(axis=0) - 1.0)
-        np.testing.assert_allclose(spread[np.isin(R, at)], wanted, atol=0.05, err_msg=name)
+    omega, force = (spread(atlas[name].reshape(11, 11)) for name in ("eta_omega", "eta_F"))
+    assert omega[[0, 10]] == pytest.approx([0.14, 0.02], abs=5e-4)
+    assert force[[0, 3]] == pytest.approx([0.024, 0.073], abs=5e-4)
+    assert R[omega < 0.05].tolist() == [15, 16, 17, 18, 19, 20]
+    assert R[force < 0.05].tolist() == [10, 11]
     assert (np.diff(atlas["eta_I"].reshape(11, 11), axis=0) < 0.0).all()
 
 
