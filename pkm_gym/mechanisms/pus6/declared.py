@@ -186,7 +186,7 @@ PUS6 = Declaration(
     penalty_weight=5.0,
     starts=4,
     motion={"frame_skip": 20},
-    splits={},  # two variables, one of them mostly held by the stroke
+    splits={},  # two variables, and mostly one limit that holds an optimum back
 )
 
 TASK, DESIGN = record(Pus6Task), record(Design)
