@@ -15,7 +15,8 @@ from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.library import designer_for, load_designer
 from pkm_gym.agents.designers.memory import Memory
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, TaskLike
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import TaskLike
 from pkm_gym.core.types import FloatArray
 
 PROPOSED = "pkm_gym:proposed"  # attribute of the trials that a designer proposed

@@ -3,7 +3,7 @@
 ``train`` is the pool that a *transfer* method may learn from, ``val`` is for tuning, ``test`` for
 the published tables, ``ood`` asks for more than the training range holds. They are drawn from
 ``SeedSequence([problem.version, k])``, k = 0, 1, 2, 3, and made by ``pkm-gym splits NAME``, as many
-tasks of each as the problem declares.
+tasks of each as the problem declares. One that declares none is no benchmark.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def draw(problem: DesignProblem, split: str) -> Drawn:
     """Draw the tasks (n, m) and starts (n, d) of a split: the same numbers every time.
 
     Raises:
-        ValueError: for an unknown split, or a problem without a Family.
+        ValueError: for an unknown split, or a problem without a Family or splits.
     """
     check_split(problem, split)
     k, n = list(SPLITS).index(split), problem.declared.splits[split]
@@ -86,15 +86,26 @@ def _beyond(problem: DesignProblem, n: int, generator: np.random.Generator) -> F
     return np.where(fields, rows[:n], problem.pack(None))
 
 
-def check_split(problem: DesignProblem, split: str) -> None:
-    """Refuse an unknown split, or a problem that draws no tasks.
+def check_splits(problem: DesignProblem) -> None:
+    """Refuse a problem that draws no tasks, or declares no splits of them.
 
     Raises:
         ValueError: in one sentence.
     """
-    check_known("split", [split], problem.declared.splits)
     if not any(variable.drawn for variable in problem.task_variables):
         raise ValueError(f"{problem.name} has no Family: it draws no tasks to be measured on")
+    if not problem.declared.splits:
+        raise ValueError(f"{problem.name} declares no splits: no methods are measured on it")
+
+
+def check_split(problem: DesignProblem, split: str) -> None:
+    """Refuse an unknown split, or a problem without any.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    check_splits(problem)
+    check_known("split", [split], problem.declared.splits)
 
 
 def default_folder(problem: DesignProblem) -> Path:

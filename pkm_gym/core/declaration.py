@@ -81,7 +81,8 @@ class Declaration:
             its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified.
         starts: from how many of them each search descends; 0: differential evolution searches.
-        splits: split -> number of tasks.
+        neighbours: from how many neighbours' optima descents to each task of a split start besides.
+        splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
     """
@@ -106,6 +107,7 @@ class Declaration:
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     starts: int = 0
+    neighbours: int = 0
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
     measured: bool = field(default=False, init=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,6 +113,17 @@ class Evaluation:
             self.problem, self.designs, self.tasks, table, constraints, self.defined,
             self.unreached, feasible, log_merit,
         )  # fmt: skip
+
+    @classmethod
+    def joined(cls, parts: Sequence[Evaluation]) -> Evaluation:
+        """Return evaluations of one problem and one task as one, in their order."""
+        first = parts[0]
+        rows = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("_table", "constraints", "defined", "unreached", "feasible", "log_merit")
+        )
+        designs = np.concatenate([part.designs for part in parts])
+        return cls(first.problem, designs, first.tasks, *rows)
 
     @classmethod
     def remembered(

@@ -67,6 +67,7 @@ class Mechanism(ABC):
 
     ``pose``, ``twist`` and ``joints`` are arrays of shape (..., k), k and the meaning of each entry
     given by ``pose_names``, ``twist_names`` and ``joint_names``. A pose out of reach gives NaN.
+    Angular velocities lead the twist, under names that begin with w.
     """
 
     pose_names: ClassVar[tuple[str, ...]]
@@ -104,6 +105,11 @@ class Mechanism(ABC):
     @abstractmethod
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the twist (..., k) of a pose that changes at ``pose_rate`` (..., k)."""
+
+    @property
+    def turning(self) -> int:
+        """How many entries of a twist, the first ones, are angular velocities."""
+        return sum(name.startswith("w") for name in self.twist_names)
 
     def units(self) -> dict[str, str]:
         """Return the unit of each dimension, by name."""

@@ -69,6 +69,7 @@ def variable(
     default: float | str | None = None,
     searched: bool = True,
     step: float = 0.01,
+    scanned: bool = False,
 ) -> Variable:
     """Declare a field of a Design: search bounds, unit, what it is.
 
@@ -81,8 +82,9 @@ def variable(
             then; that of the paper's design if not given.
         searched: whether it is searched unless ``free`` says otherwise.
         step: of our grid.
+        scanned: whether the paper prints the values that it has in its grid.
     """
-    return Variable("", low, high, unit, doc, default, searched, step)
+    return Variable("", low, high, unit, doc, default, searched, step, scanned)
 
 
 def index(unit: str, doc: str, *, reported: bool | str = True) -> Index:

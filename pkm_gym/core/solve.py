@@ -7,7 +7,7 @@ them: see ``evolution`` and ``descent``.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -110,6 +110,45 @@ def solve_tasks(
         best.solvable[open_tasks] = better.solvable
         best.evaluations += again.evaluations
     report(len(tasks))
+    return _solutions(problem, tasks, best, agreed)
+
+
+def improved(
+    problem: DesignProblem, solved: Solutions, starts: FloatArray
+) -> tuple[Solutions, BoolArray]:
+    """Return solutions with what descents from further starts (n, k, d) find better, and where.
+
+    An optimum that is found so is the best known, not certified: the searches had missed it.
+    """
+    best = Search(solved.designs.copy(), solved.log_merit.copy(), solved.solvable.copy())
+    generator = np.random.default_rng(0)  # a descent from a given start draws nothing
+    evaluations = 0
+    for k in range(starts.shape[1]):
+        ends = descend(problem, solved.tasks, generator, near=starts[:, k], radius=1.0)
+        best = _better(best, ends)
+        evaluations += ends.evaluations
+    gained = best.solvable & (~solved.solvable | (best.log_merit < solved.log_merit - AGREEMENT))
+    rows = np.flatnonzero(gained)
+    found = _solutions(
+        problem,
+        solved.tasks[rows],
+        Search(best.designs[rows], best.log_merit[rows], best.solvable[rows]),
+        np.zeros(len(rows), dtype=bool),
+    )
+    merged = {
+        item.name: getattr(solved, item.name).copy()
+        for item in fields(Solutions)
+        if item.name != "evaluations"
+    }
+    for name, array in merged.items():
+        array[rows] = getattr(found, name)
+    return Solutions(**merged, evaluations=solved.evaluations + evaluations), gained
+
+
+def _solutions(
+    problem: DesignProblem, tasks: FloatArray, best: Search, agreed: BoolArray
+) -> Solutions:
+    """Return the solutions of tasks (n, m), of designs alike one."""
     kept = best.solvable
     best.designs[kept] = problem.one_of_alike(best.designs[kept], tasks[kept])
     evaluation = problem.evaluate(best.designs, tasks)

@@ -87,6 +87,36 @@ class Space:
         reduced: FloatArray = full[:, self.columns]
         return reduced
 
+    def design(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the design (d,) of named values; fixed variables may be left out.
+
+        Raises:
+            ValueError: for an unknown or missing name, or one that disagrees with a fixed value.
+        """
+        check_known("variable", values, [variable.name for variable in self.every])
+        for name, value in self.fixed.items():
+            if not np.isclose(values.get(name, value), value, rtol=1e-12, atol=0.0):
+                raise ValueError(f"{name} is fixed at {value:g}: {values[name]!r} disagrees")
+        for name, source in self.following.items():
+            if name in values and values[name] != values.get(source, self.fixed.get(source)):
+                raise ValueError(f"{name} follows {source}: free it with free= to give its value")
+        names = [variable.name for variable in self.searched]
+        for name in names:
+            if name not in values:
+                raise ValueError(f"the design lacks {name}: give {', '.join(names)}")
+        return np.array([float(values[name]) for name in names])
+
+    def within(self, full: FloatArray) -> FloatArray:
+        """Return the designs (n, d) of those complete ones that lie in this space."""
+        kept = np.ones(len(full), dtype=bool)
+        for name, value in self.fixed.items():
+            kept &= np.isclose(full[:, self._column(name)], value)
+        designs = self.reduced(full[kept])
+        low, high = np.array([(variable.low, variable.high) for variable in self.searched]).T
+        slack = 1e-9 * (high - low)
+        inside = (designs >= low - slack) & (designs <= high + slack)
+        return np.clip(designs[inside.all(axis=1)], low, high)
+
     @cached_property
     def columns(self) -> list[int]:
         """Where the searched variables are in a complete design."""

@@ -20,7 +20,8 @@ class Variable:
     """One coordinate of a design: search bounds, not constraints.
 
     Where it isn't searched it has its ``default``, a number or that of the variable so named; None
-    stands for the paper's design. ``step`` is that of our grid.
+    stands for the paper's design. ``step`` is that of our grid, also in place of the paper's where
+    it prints a range only; ``scanned`` says that it prints the values of its grid.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Variable:
     default: float | str | None = None
     searched: bool = True
     step: float = 0.01
+    scanned: bool = False
 
 
 @dataclass(frozen=True)
@@ -187,3 +189,6 @@ class Task:
 
 def _pair(values: tuple[float, float]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
+
+
+TaskLike = Task | Mapping[str, float] | None

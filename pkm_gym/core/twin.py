@@ -1,10 +1,11 @@
 """What the mechanisms' MuJoCo twins share: solver settings, loops, drives, and their stage.
 
 Every twin stands in a body ``machine`` whose frame is the mechanism's own, marked by the site
-``origin``; the site ``tcp`` is the point whose velocity is the mechanism's twist. Each joint that
-is driven bears the mechanism's name for it and has its value, so does a servo ``servo_NAME`` whose
-control is the wanted value less the one of the pose that the twin was built at, and a motor
-``motor_NAME`` (N or N m). Every equality is a ``connect`` that closes a loop.
+``origin``; the site ``tcp`` is the point whose velocity is the mechanism's twist, or the linear
+part of it, its body's angular velocity the other. Each joint that is driven bears the mechanism's
+name for it and has its value, so does a servo ``servo_NAME`` whose control is the wanted value less
+the one of the pose that the twin was built at, and a motor ``motor_NAME`` (N or N m). Every
+equality is a ``connect`` that closes a loop.
 """
 
 from __future__ import annotations
@@ -89,6 +90,8 @@ class TwinModule(Protocol):
     Where the mechanism has dynamics, ``build_lumped`` beside it returns the model that the dynamics
     describes. ``piston_speeds`` beside it, of a machine of cylinders, drives the twin along its
     path and returns ``poses`` and the speeds ``twin`` and ``analytic``, which the check compares.
+    ``engraves`` beside it says of poses (n, k) of the course whether the tool leaves a line (n,),
+    which movies show.
     """
 
     SOLVER: Solver
@@ -303,6 +306,15 @@ def quaternion(rotation: FloatArray) -> FloatArray:
     found = np.empty(4)
     mujoco.mju_mat2Quat(found, np.ascontiguousarray(rotation, dtype=float).ravel())
     return found
+
+
+def rotation_vector(rotation: FloatArray) -> FloatArray:
+    """Return axis times angle (..., 3), rad, of rotation matrices (..., 3, 3) of less than pi."""
+    across = 0.5 * (rotation - np.swapaxes(rotation, -1, -2))
+    sines = np.stack([across[..., 2, 1], across[..., 0, 2], across[..., 1, 0]], axis=-1)
+    sine = np.linalg.norm(sines, axis=-1)
+    angle = np.arctan2(sine, 0.5 * (np.trace(rotation, axis1=-2, axis2=-1) - 1.0))
+    return np.asarray(sines * (angle / np.where(sine > 0.0, sine, 1.0))[..., None])
 
 
 def check_reach(reached: FloatArray, pose: FloatArray) -> None:

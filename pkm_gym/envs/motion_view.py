@@ -57,8 +57,9 @@ class View:
         self._rate = 2.0 * np.abs(rig.rates).max()
         self._pose_middle, widths = _range(path.poses)
         self._pose_span = np.maximum(widths, NARROW * widths.max())
-        self.speed = float(np.linalg.norm(path.velocities, axis=1).max())
-        self._acceleration = np.abs(path.accelerations).max()
+        self._levers = rig.levers
+        self.speed = float(np.linalg.norm(self._levers * path.velocities, axis=1).max())
+        self._acceleration = np.abs(self._levers * path.accelerations).max()
         self._ahead = 2 * np.array(AHEAD)
         self._way = self.speed * rig.dt * np.array(AHEAD)[:, None]
         self._fixed = (
@@ -74,11 +75,11 @@ class View:
             (state.joints - self._middle) / self._span,
             state.rates / self._rate,
             (state.pose - self._pose_middle) / self._pose_span,
-            0.5 * state.velocity / self.speed,
-            np.tanh((path.positions[now] - state.position) / NEAR),
-            np.tanh((path.velocities[now] - state.velocity) / (SLOW * self.speed)),
-            path.accelerations[now] / self._acceleration,
-            ((path.positions[ahead] - path.positions[now]) / self._way).ravel(),
+            0.5 * self._levers * state.velocity / self.speed,
+            np.tanh(self.rig.off(now) / NEAR),
+            np.tanh(self._levers * (path.velocities[now] - state.velocity) / (SLOW * self.speed)),
+            self._levers * path.accelerations[now] / self._acceleration,
+            (self.rig.ahead(now, ahead) / self._way).ravel(),
             (1.0 - step / path.steps,),
             *self._fixed,
         )

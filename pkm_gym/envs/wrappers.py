@@ -1,4 +1,4 @@
-"""Wrappers of a design environment: given tasks, a vector of objectives, the paper's grid."""
+"""Wrappers of a design environment: given tasks, a vector of objectives, a grid of designs."""
 
 from __future__ import annotations
 
@@ -123,7 +123,9 @@ class PaperGrid(
     gym.ActionWrapper[Observation, np.int64, Action],
     RecordConstructorArgs,
 ):
-    """Choose among the designs of the paper's grid by number, for learners such as DQN.
+    """Choose among the designs of a grid by number, for learners such as DQN.
+
+    It is ``problem.grid()``: over the paper's ranges, with steps of ours where it prints none.
 
     Args:
         env: a design environment, made with ``action_mode="absolute"``.
@@ -144,9 +146,7 @@ class PaperGrid(
         if designs is None:
             raise ValueError(f"the paper of {problem.name} has no grid: PaperGrid needs one")
         if len(designs) == 0:
-            raise ValueError(
-                f"no design of the paper's grid lies within the bounds of this {problem.name}"
-            )
+            raise ValueError(f"no design of the grid lies within the bounds of this {problem.name}")
         if mode != "absolute":
             raise ValueError(
                 f"action_mode is {mode!r}: PaperGrid needs an environment made with "

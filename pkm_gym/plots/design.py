@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.names import check_known
-from pkm_gym.core.problem import DesignProblem, TaskLike
-from pkm_gym.core.task import Task
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import Task, TaskLike
 from pkm_gym.core.types import FloatArray
 from pkm_gym.plots.canvas import text_width
 from pkm_gym.plots.machine import draw_machine

@@ -20,6 +20,7 @@ from pkm_gym.plots.style import STYLE, label, shown, style_ticks, words
 
 COLUMNS, ROWS = 161, 33  # of the samples
 BANDS = 48  # of colour
+FLAT = 1e-3  # relative range of values that are shown alike
 
 
 @dataclass(frozen=True)
@@ -106,12 +107,15 @@ def draw_map(axes: Axes, maps: WorkspaceMaps, index: IndexMap, *, detail: bool =
 
 
 def colour_range(values: FloatArray) -> tuple[float, float]:
-    """Return the range of the colours: all values, or to three times the median where none is 0."""
+    """Return the range of the colours: all values, or to three times the median where none is 0.
+
+    Values that are all alike have one colour.
+    """
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     median = float(np.nanmedian(values))
     if low > 1e-6 * median > 0.0:
         high = min(high, 3.0 * median)
-    return low, max(high, low + 1e-6 * max(1.0, abs(low)))
+    return low, max(high, low + FLAT * abs(low), low + 1e-6)
 
 
 def hatch(

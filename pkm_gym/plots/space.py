@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.contour import ContourSet
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem, TaskLike
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import TaskLike
 from pkm_gym.core.types import FloatArray
 from pkm_gym.plots.maps import colour_bar, hatch
 from pkm_gym.plots.style import STYLE, label, legend, shown, symbol

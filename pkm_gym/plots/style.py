@@ -41,6 +41,7 @@ GREEK = {
     "gamma": r"\gamma",
     "lam": r"\lambda",
     "mu": r"\mu",
+    "omega": r"\omega",
     "phi": r"\varphi",
     "psi": r"\psi",
     "sigma": r"\sigma",
@@ -110,7 +111,9 @@ def symbol(name: str) -> str:
     if letters not in GREEK and len(letters) != 1:
         return name.replace("_", " ")
     stem, digits = letters, stem[len(letters) :]
-    index = digits or (index if len(index) <= 1 else rf"\mathrm{{{index.replace('_', '~')}}}")
+    if len(index) > 1:
+        index = GREEK.get(index, rf"\mathrm{{{index.replace('_', '~')}}}")
+    index = digits or index
     return f"${GREEK.get(stem, stem)}{f'_{{{index}}}' if index else ''}$"
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -16,7 +17,11 @@ from pkm_gym.twin.model import Twin
 
 Pixels = npt.NDArray[np.uint8]
 
-GEOMS = 200  # that a scene may hold
+GEOMS = 200  # that a scene may hold, beside a line
+FINE = 4  # points of an engraved line a frame of a movie
+WHOLE = 100  # frames' worth of points of a line in a still picture
+LINE = 0.0016  # m, wide
+BRIGHT = (0.98, 0.93, 0.80, 1.0)  # of a line
 NO_GL = (
     "MuJoCo can't draw here: there is no OpenGL; without a screen install EGL (on Debian and "
     "Ubuntu: apt-get install libegl1) and set MUJOCO_GL=egl before Python starts"
@@ -36,8 +41,10 @@ class Camera:
         self._gl: Any = None
         self._context: Any = None
 
-    def shot(self, twin: Twin) -> Pixels:
+    def shot(self, twin: Twin, lines: Sequence[FloatArray] = ()) -> Pixels:
         """Return a picture (height, width, 3) of a twin as it stands.
+
+        ``lines`` are drawn through points (n, 3), m, in the mechanism's frame.
 
         Raises:
             OSError: where MuJoCo can't draw.
@@ -47,13 +54,15 @@ class Camera:
             self._open(model)
         self._gl.make_current()
         self._adjust(model)
-        scene = mujoco.MjvScene(model, GEOMS)
+        scene = mujoco.MjvScene(model, GEOMS + sum(map(len, lines)))
         camera = mujoco.MjvCamera()
         camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         camera.fixedcamid = model.camera("picture").id
         everything = mujoco.mjtCatBit.mjCAT_ALL
         option = mujoco.MjvOption()
         mujoco.mjv_updateScene(model, data, option, None, camera, everything, scene)
+        for line in lines:
+            _draw(scene, twin.in_world(line))
         view = mujoco.MjrRect(0, 0, self.width, self.height)
         pixels = np.empty((self.height, self.width, 3), dtype=np.uint8)
         mujoco.mjr_render(view, scene, self._context)
@@ -117,11 +126,15 @@ def first_pose(mechanism: Mechanism) -> FloatArray:
 def picture(mechanism: Mechanism, camera: Camera, pose: FloatArray | None = None) -> Pixels:
     """Return a picture (height, width, 3) of a machine at a pose (k,), or where it stands best.
 
+    What the machine engraves is done.
+
     Raises:
         ValueError: for a pose out of reach, or a machine that reaches nothing.
         OSError: where MuJoCo can't draw.
     """
-    return camera.shot(Twin(mechanism, first_pose(mechanism) if pose is None else pose))
+    twin = Twin(mechanism, first_pose(mechanism) if pose is None else pose)
+    points, cuts = _engraved(twin, WHOLE)
+    return camera.shot(twin, [points[cuts]])
 
 
 def movie(mechanism: Mechanism, camera: Camera, frames: int) -> Iterator[Pixels]:
@@ -142,6 +155,32 @@ def movie(mechanism: Mechanism, camera: Camera, frames: int) -> Iterator[Pixels]
         poses = np.concatenate([poses, poses[-2:0:-1]])
     if not np.isfinite(mechanism.inverse_kinematics(poses)).all():
         raise ValueError("the paper's path leaves the reach of this machine: choose another design")
-    for row in twin.coordinates(poses):
+    points, cuts = _engraved(twin, frames)
+    for k, row in enumerate(twin.coordinates(poses)):
         twin.place(row)
-        yield camera.shot(twin)
+        done = slice(0, FINE * k + 1)
+        yield camera.shot(twin, [points[done][cuts[done]]])
+
+
+def _engraved(twin: Twin, frames: int) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Return the tool's positions (n, 3), m, once along its path, and where it leaves a line (n,).
+
+    No positions of a machine that leaves none.
+    """
+    module: Any = twin.module
+    if not hasattr(module, "engraves"):
+        return np.empty((0, 3)), np.empty(0, dtype=bool)
+    poses = module.course(twin.mechanism, FINE * frames + 1).poses
+    return module.frames(twin.mechanism, poses)[..., 3], module.engraves(twin.mechanism, poses)
+
+
+def _draw(scene: mujoco.MjvScene, points: FloatArray) -> None:
+    """Add a line through points (n, 3), m, of the world to a scene."""
+    for one, other in pairwise(points):
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(
+            geom, mujoco.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.zeros(9),
+            np.array(BRIGHT, dtype=np.float32),
+        )  # fmt: skip
+        mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, 0.5 * LINE, one, other)
+        scene.ngeom += 1

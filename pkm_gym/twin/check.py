@@ -73,8 +73,9 @@ def check(mechanism: Mechanism, poses: FloatArray | None = None) -> tuple[Row, .
         A row a quantity: closure of the loops at the analytic poses; the platform that servos hold
         against gravity, against forward kinematics of the joints measured there (where the twin's
         solver is without gravity, what gravity adds is only reported); Jacobian by virtual work;
-        joint rates along the paper's path; where the twin's module has ``piston_speeds``, those of
-        the driven twin; and, where the mechanism has dynamics, the drives' torques on the path.
+        joint rates along the paper's path; where the mechanism has ``acceleration``, that at random
+        steady joint rates; where the twin's module has ``piston_speeds``, those of the driven twin;
+        and, where the mechanism has dynamics, the drives' torques on the path.
 
     Raises:
         ValueError: for a mechanism without a twin, or a pose out of reach.
@@ -87,6 +88,8 @@ def check(mechanism: Mechanism, poses: FloatArray | None = None) -> tuple[Row, .
         raise ValueError("a pose is out of the machine's reach: the twin can't be checked there")
     course = twin.module.course(mechanism)
     errors = [*_geometry(twin, poses), *_settled(twin, poses), _rates(twin, course)]
+    if hasattr(mechanism, "acceleration"):
+        errors.append(_accelerations(twin, poses))
     if hasattr(twin.module, "piston_speeds"):
         errors.append(_piston_speeds(twin))
     if course.accelerations is not None:
@@ -197,6 +200,17 @@ def _rates(twin: Twin, course: Course) -> Errors:
         twin.place(coordinates)
         rates[k] = twin.velocities(course.twists[k])[twin.rates]
     return _against(analytic, rates, "joint rates on the path", course.poses, 1e-6)
+
+
+def _accelerations(twin: Twin, poses: FloatArray) -> Errors:
+    mechanism: Any = twin.mechanism
+    rates = np.random.default_rng(0).normal(size=(len(poses), len(mechanism.joint_names)))
+    analytic = mechanism.acceleration(poses, rates, np.zeros_like(rates))
+    measured = np.empty_like(analytic)
+    for k, coordinates in enumerate(twin.coordinates(poses)):
+        twin.place(coordinates)
+        measured[k] = twin.acceleration(rates[k])
+    return _against(analytic, measured, "accelerations", poses, 1e-6)
 
 
 def _piston_speeds(twin: Twin) -> Errors:

@@ -91,14 +91,22 @@ class Twin:
         rotation = axes.T @ self.data.site_xmat[self.tool].reshape(3, 3)
         return np.column_stack([rotation, position])
 
+    def in_world(self, points: FloatArray) -> FloatArray:
+        """Return points (n, 3), m, of the mechanism's frame in MuJoCo's world."""
+        return self.data.site_xpos[self.origin] + points @ self._axes.T
+
     def tool_state(self) -> tuple[FloatArray, FloatArray]:
-        """Return the tool's position and velocity, as many coordinates as the twist has."""
-        size = len(self.mechanism.twist_names)
-        return self.frame[:size, 3], self.tool_velocity
+        """Return the tool's position, as many coordinates as its velocity has, and its twist."""
+        return self.position_of(self.frame), self.tool_velocity
+
+    def position_of(self, frames: FloatArray) -> FloatArray:
+        """Return the tool's coordinates (..., n) that a twist moves, in frames (..., 3, 4)."""
+        linear = len(self.mechanism.twist_names) - self.mechanism.turning
+        return frames[..., :linear, 3]
 
     @property
     def tool_velocity(self) -> FloatArray:
-        """The tool's velocity, as many coordinates as the twist has."""
+        """The tool's twist."""
         return self._tool_jacobian() @ self.data.qvel
 
     @property
@@ -112,13 +120,23 @@ class Twin:
         wanted = np.concatenate([twist, np.zeros(len(loops))])
         return np.asarray(np.linalg.lstsq(np.concatenate([tool, loops]), wanted)[0])
 
+    def acceleration(self, rates: FloatArray) -> FloatArray:
+        """Return the twist's rate where the driven joints move at steady rates (joints,)."""
+        model, data = self.model, self.data
+        data.qvel[:] = self._followed() @ rates
+        mujoco.mj_forward(model, data)
+        loops, follow = self._loop_jacobian(), np.zeros(model.nv)
+        drift = self._loop_drift() @ data.qvel
+        follow[self.passive] = -np.linalg.lstsq(loops[:, self.passive], drift)[0]
+        return np.asarray(self._tool_jacobian() @ follow + self._tool_drift() @ data.qvel)
+
     # Dynamics -------------------------------------------------------------------------------------
 
     def drive_forces(self, twist: FloatArray, acceleration: FloatArray) -> FloatArray:
         """Return the drives' forces (joints,), N or N m, of a state, by an exact KKT solve.
 
         Mass matrix, bias and loop Jacobian are MuJoCo's; the loops are closed in acceleration too,
-        which its soft constraints do only nearly. Needs a twist that is the velocity of ``tcp``.
+        which its soft constraints do only nearly.
         """
         model, data = self.model, self.data
         data.qvel[:] = self.velocities(twist)
@@ -176,14 +194,16 @@ class Twin:
         return self.data.site_xmat[self.origin].reshape(3, 3)
 
     def _site_jacobian(self, site: int) -> FloatArray:
-        rows = np.empty((3, self.model.nv))
-        mujoco.mj_jacSite(self.model, self.data, rows, None, site)
+        """Return the rows (2, 3, nv) of a site's angular and of its linear velocity."""
+        rows = np.empty((2, 3, self.model.nv))
+        mujoco.mj_jacSite(self.model, self.data, rows[1], rows[0], site)
         return rows
 
     def _site_drift(self, site: int) -> FloatArray:
-        rows = np.empty((3, self.model.nv))
+        """Return the rates (2, 3, nv) of these rows."""
+        rows = np.empty((2, 3, self.model.nv))
         body, point = self.model.site_bodyid[site], self.data.site_xpos[site]
-        mujoco.mj_jacDot(self.model, self.data, rows, None, point, body)
+        mujoco.mj_jacDot(self.model, self.data, rows[1], rows[0], point, body)
         return rows
 
     def _followed(self) -> FloatArray:
@@ -194,19 +214,25 @@ class Twin:
         return rates
 
     def _tool_jacobian(self) -> FloatArray:
-        size = len(self.mechanism.twist_names)
-        return (self._axes.T @ self._site_jacobian(self.tool))[:size]
+        return self._of_twist(self._site_jacobian(self.tool))
 
     def _tool_drift(self) -> FloatArray:
-        size = len(self.mechanism.twist_names)
-        return (self._axes.T @ self._site_drift(self.tool))[:size]
+        return self._of_twist(self._site_drift(self.tool))
+
+    def _of_twist(self, rows: FloatArray) -> FloatArray:
+        """Return the twist's rows (twist, nv), in the mechanism's frame, of a site's (2, 3, nv)."""
+        turning = self.mechanism.turning
+        angular, linear = self._axes.T @ rows
+        return np.concatenate([
+            angular[:turning], linear[: len(self.mechanism.twist_names) - turning]
+        ])  # fmt: skip
 
     def _loop_jacobian(self) -> FloatArray:
         return np.concatenate([
-            self._site_jacobian(one) - self._site_jacobian(two) for one, two in self.loops
+            (self._site_jacobian(one) - self._site_jacobian(two))[1] for one, two in self.loops
         ])  # fmt: skip
 
     def _loop_drift(self) -> FloatArray:
         return np.concatenate([
-            self._site_drift(one) - self._site_drift(two) for one, two in self.loops
+            (self._site_drift(one) - self._site_drift(two))[1] for one, two in self.loops
         ])  # fmt: skip

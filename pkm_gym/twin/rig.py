@@ -7,29 +7,35 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.mechanism import Mechanism
-from pkm_gym.core.twin import check_reach, twin_module
+from pkm_gym.core.twin import check_reach, rotation_vector, twin_module
 from pkm_gym.core.types import FloatArray
 from pkm_gym.twin.model import Twin
 
 SAMPLES = 601  # of a path, with straight lines between them: 3 micrometres on the Diamond's cycle
+LONGEST = 8e-3  # s, between samples: a long path has more of them
 EVERY = 6  # of these samples, where the path's extremes are looked for
-FORCES = 41  # samples where the path's forces are looked for
+FORCES = 41  # samples where the path's forces are looked for, at least
+SPARSE = 16  # control steps between them, at most
+LEVER = 0.1  # m, at which a turn counts as a way
 WHOLE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class State(NamedTuple):
     """What is measured of a twin.
 
-    Joints and rates are (joints,), rad or m; position and velocity of the tool as many coordinates
-    as the twist has, m and m/s; the pose is (k,); the gap says how far the loops are open, m.
+    Joints and rates are (joints,), rad or m; the tool's position, m, has as many coordinates as its
+    velocity, the velocity is all its twist; axes are the platform's (3, 3), as columns; the pose is
+    (k,); the gap says how far the loops are open, m.
     """
 
     joints: FloatArray
     rates: FloatArray
     position: FloatArray
     velocity: FloatArray
+    axes: FloatArray
     pose: FloatArray
     gap: float
 
@@ -37,7 +43,8 @@ class State(NamedTuple):
 class Path(NamedTuple):
     """The tool's path at half control steps, at rest after its end.
 
-    Positions, velocities and accelerations are (2 steps + 1, twist), poses (2 steps + 1, k).
+    Positions are (2 steps + 1, n) as in ``State``, velocities (twists) and accelerations (2 steps +
+    1, twist), poses (2 steps + 1, k), axes of the platform (2 steps + 1, 3, 3).
     """
 
     steps: int
@@ -45,6 +52,7 @@ class Path(NamedTuple):
     velocities: FloatArray
     accelerations: FloatArray
     poses: FloatArray
+    axes: FloatArray
 
 
 class Rig:
@@ -65,6 +73,9 @@ class Rig:
     ) -> None:
         module = twin_module(mechanism)
         course = module.course(mechanism, SAMPLES, task).at_speed(speed)
+        if course.duration > LONGEST * (SAMPLES - 1):
+            samples = 1 + ceil(course.duration / LONGEST)
+            course = module.course(mechanism, samples, task).at_speed(speed)
         self.frame_skip = frame_skip
         self.joints = mechanism.inverse_kinematics(course.poses[::EVERY])
         if not np.isfinite(self.joints).all():
@@ -119,6 +130,24 @@ class Rig:
         if self.stable:
             self.state = self._measure()
 
+    def off(self, now: int) -> FloatArray:
+        """Return the way (twist,), m, from the platform to where the path is at a half step.
+
+        Turns count as ways at a lever of 0.1 m.
+        """
+        state = self.state
+        return self._way(state.axes, state.position, now)
+
+    def ahead(self, now: int, then: npt.NDArray[np.int_]) -> FloatArray:
+        """Return the ways (n, twist), m, of the path from one half step to others (n,)."""
+        return self._way(self.path.axes[now], self.path.positions[now], then)
+
+    @property
+    def levers(self) -> FloatArray:
+        """What makes a way, m, of each entry of a twist (twist,)."""
+        mechanism = self.twin.mechanism
+        return np.where(np.arange(len(mechanism.twist_names)) < mechanism.turning, LEVER, 1.0)
+
     def save(self) -> FloatArray:
         """Return what the simulation goes on from."""
         size = mujoco.mj_stateSize(self.twin.model, WHOLE)
@@ -141,7 +170,8 @@ class Rig:
 
     def peak_force(self) -> float:
         """Return the largest force that the path asks of a motor, N or N m; resets the twin."""
-        every = np.linspace(0, len(self.path.poses) - 1, FORCES).astype(int)
+        samples = max(FORCES, self.path.steps // SPARSE)
+        every = np.linspace(0, len(self.path.poses) - 1, samples).astype(int)
         peak = 0.0
         for coordinates, velocity, acceleration in zip(
             self.twin.coordinates(self.path.poses[every]),
@@ -156,29 +186,42 @@ class Rig:
         return peak
 
     def _measure(self) -> State:
-        data, size = self.twin.data, len(self.twin.mechanism.twist_names)
-        frame = self.twin.frame
+        data, frame = self.twin.data, self.twin.frame
         return State(
             data.qpos[self.twin.values],
             data.qvel[self.twin.rates],
-            frame[:size, 3],
+            self.twin.position_of(frame),
             self.twin.tool_velocity,
+            frame[:, :3],
             self.twin.module.pose(self.twin.mechanism, frame),
             self.twin.gap,
         )
 
     def _resampled(self, course: Any) -> Path:
         module, mechanism = self.twin.module, self.twin.mechanism
-        size = len(mechanism.twist_names)
         steps = ceil(course.duration / self.dt - 1e-9)
         times = 0.5 * self.dt * np.arange(2 * steps + 1)
-        known = np.linspace(0.0, course.duration, SAMPLES)
+        known = np.linspace(0.0, course.duration, len(course.poses))
         accelerations = course.accelerations
         if accelerations is None:
             accelerations = np.gradient(course.twists, known, axis=0)
-        positions = module.frames(mechanism, course.poses)[:, :size, 3]
+        positions = self.twin.position_of(module.frames(mechanism, course.poses))
         tables = (positions, course.twists, accelerations, course.poses)
-        return Path(steps, *(_interpolated(times, known, table) for table in tables))
+        positions, twists, accelerations, poses = (
+            _interpolated(times, known, table) for table in tables
+        )
+        axes = module.frames(mechanism, poses)[..., :3]
+        return Path(steps, positions, twists, accelerations, poses, axes)
+
+    def _way(
+        self, axes: FloatArray, position: FloatArray, then: int | npt.NDArray[np.int_]
+    ) -> FloatArray:
+        """Return the way (..., twist), m, from axes and a position to half steps of the path."""
+        way, turning = self.path.positions[then] - position, self.twin.mechanism.turning
+        if not turning:
+            return way
+        turn = rotation_vector(self.path.axes[then] @ axes.T)[..., :turning]
+        return np.concatenate([LEVER * turn, way], axis=-1)
 
 
 def _interpolated(times: FloatArray, known: FloatArray, table: FloatArray) -> FloatArray:

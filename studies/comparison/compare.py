@@ -20,6 +20,7 @@ from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.terminal import counter
+from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import evaluate_grid
 from pkm_gym.studies.report.rows import Row, markdown, paper_rows, row_of, verdict
 from pkm_gym.studies.search.polish import polish, verified_optimum
@@ -87,7 +88,8 @@ def compare(
         rows += [Row("grid: none printed", None)] if problem.reference else []
     else:
         grid = evaluate_grid(problem)
-        rows.append(row_of("paper's grid", grid, grid.best(), optimum, evaluations=len(grid)))
+        name = grid_name(problem).removeprefix("the ")
+        rows.append(row_of(name, grid, grid.best(), optimum, evaluations=len(grid)))
         starts.append(grid.designs[grid.ranking()[:POLISHED]])
     place = len(rows)
     runs: dict[str, list[Row]] = {}

@@ -18,7 +18,7 @@ from pkm_gym.studies.cli.terminal import HEAD
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.comparison.compare import save as save_comparison
 from pkm_gym.studies.grid.designs import grid_name
-from pkm_gym.studies.grid.grid import grid, grid_line
+from pkm_gym.studies.grid.grid import grid, grid_bar, grid_line
 from pkm_gym.studies.report.rows import (
     asks_the_papers_task,
     judged_value,
@@ -60,7 +60,8 @@ def study(
         raise ValueError("study compares designs by one objective: give a single --objective")
     name, command = name or problem.name, own_command()
     screen.print(_step(1, grid_name(problem)))
-    evaluated = grid(problem, name=f"{name}-grid", command=command)
+    with grid_bar(screen, problem) as progress:
+        evaluated = grid(problem, name=f"{name}-grid", command=command, progress=progress)
     starts = [problem.printed_design(), evaluated.designs[evaluated.best()]]
     screen.print(grid_line(evaluated))
     screen.print(_step(2, "search with TPE"))

@@ -22,7 +22,8 @@ def atlas(evaluation: Evaluation, command: str = "") -> xarray.Dataset:
     """Return an evaluated grid as a Dataset: a dimension a variable.
 
     It holds every index by name, ``constraints`` (with the dimension ``constraint``), ``feasible``
-    and ``merit``; units and descriptions are attributes. Where the grid has a hole, values are NaN.
+    and ``merit``, and what the problem adds; units and descriptions are attributes. Where the grid
+    has a hole, values are NaN, or False.
     """
     import xarray
 
@@ -32,7 +33,8 @@ def atlas(evaluation: Evaluation, command: str = "") -> xarray.Dataset:
     pairs = zip(axes, evaluation.designs.T, strict=True)
     places = tuple(np.searchsorted(axis, column) for axis, column in pairs)
 
-    def spread(values: np.ndarray, hole: object = np.nan) -> np.ndarray:
+    def spread(values: np.ndarray) -> np.ndarray:
+        hole = False if values.dtype == bool else np.nan
         whole = np.full((*map(len, axes), *values.shape[1:]), hole, dtype=values.dtype)
         whole[places] = values
         return whole
@@ -43,8 +45,10 @@ def atlas(evaluation: Evaluation, command: str = "") -> xarray.Dataset:
     }
     limits = _about("", "feasible where every one is <= 0")
     data["constraints"] = ([*names, "constraint"], spread(evaluation.constraints), limits)
-    data["feasible"] = (names, spread(evaluation.feasible, hole=False), {})
+    data["feasible"] = (names, spread(evaluation.feasible), {})
     data["merit"] = (names, spread(evaluation.merit), _about("", "what a search descends"))
+    for name, (values, doc) in problem.atlas_columns(evaluation).items():
+        data[name] = (names, spread(values), _about("", doc))
     coords = {
         v.name: ([v.name], axis, _about(v.unit, v.doc))
         for v, axis in zip(problem.variables, axes, strict=True)

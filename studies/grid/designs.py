@@ -1,37 +1,56 @@
-"""The designs of the paper's grid, or of ours."""
+"""The designs of a grid: the paper's, or ours."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import show
 
 LARGEST = 1_000_000  # designs in a grid
 
 
 def grid_name(problem: DesignProblem, step: float | None = None) -> str:
-    """Return whose grid ``grid_designs`` returns: "the paper's grid" or "our grid"."""
-    return "the paper's grid" if step is None and problem.grid() is not None else "our grid"
+    """Return whose grid ``grid_designs`` returns: "the paper's grid" or "our grid".
+
+    It is the paper's where that prints at which values it scans a variable.
+    """
+    scanned = any(variable.scanned for variable in problem.all_variables)
+    return "the paper's grid" if step is None and scanned else "our grid"
+
+
+def grid_in_words(problem: DesignProblem, step: float | None = None) -> str:
+    """Return whose grid ``grid_designs`` returns, and which of its steps are ours."""
+    name = grid_name(problem, step)
+    if step is not None or problem.grid() is None:
+        return f"{name} (a step of {steps_in_words(problem, step)} over the bounds)"
+    own = [v for v in problem.variables if v.searched and not v.scanned]
+    if name == "our grid":
+        return f"{name} (a step of {_named_steps(own)} over the paper's ranges)"
+    return f"{name} (steps of {', '.join(v.name for v in own)} ours)" if own else name
 
 
 def grid_designs(problem: DesignProblem, step: float | None = None) -> FloatArray:
-    """Return the paper's grid (n, d) within the bounds; with a step, or where there is none, ours.
+    """Return the grid over the paper's ranges (n, d) within the bounds, or one over the bounds.
 
-    Without a step, ours has in each variable the one that it declares.
+    The latter with a step, or where there is no other: then with the one that each variable
+    declares.
 
     Raises:
         ValueError: in one sentence, for a step that makes no grid or too large a one, or if none of
-            the paper's grid is within the bounds.
+            the grid over the paper's ranges is within the bounds.
     """
     designs = problem.grid() if step is None else None
     if designs is None:
         return _even_grid(problem, steps_of(problem, step))
     if len(designs) == 0:
         raise ValueError(
-            f"no design of the paper's grid lies in this search space: {_space(problem)}"
+            f"no design of {grid_name(problem)} lies in this search space: {_space(problem)}"
         )
     return designs
 
@@ -52,7 +71,7 @@ def steps_in_words(problem: DesignProblem, step: float | None = None) -> str:
     steps = steps_of(problem, step)
     if len(set(steps)) == 1:
         return f"{steps[0]:g}"
-    return ", ".join(f"{v.name} {own:g}" for v, own in zip(problem.variables, steps, strict=True))
+    return _named_steps(problem.variables)
 
 
 def _even_grid(problem: DesignProblem, steps: FloatArray) -> FloatArray:
@@ -69,6 +88,10 @@ def _even_grid(problem: DesignProblem, steps: FloatArray) -> FloatArray:
         for low, high, step, count in zip(problem.low, problem.high, steps, counts, strict=True)
     ]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def _named_steps(variables: Iterable[Variable]) -> str:
+    return ", ".join(f"{v.name} {show(v.step, v.unit)}" for v in variables)
 
 
 def _space(problem: DesignProblem) -> str:

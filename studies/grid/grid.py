@@ -2,29 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 from optuna import Study, create_trial
 from optuna.distributions import BaseDistribution, FloatDistribution
+from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import trial_attributes, trial_values
 from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
-from pkm_gym.studies.grid.designs import grid_designs, grid_name, steps_in_words
+from pkm_gym.studies.grid.designs import grid_designs, grid_in_words, grid_name
 from pkm_gym.studies.search.samplers import constraints_of
 from pkm_gym.studies.storage.storages import artifact_folder, default_storage, open_storage, quiet
 from pkm_gym.studies.storage.studies import count_finished, open_study
 
 LOGGED = 200  # how many of the best feasible designs the study gets
+PARTS = 50  # of a grid, evaluated one after the other
 
 
-def evaluate_grid(problem: DesignProblem, step: float | None = None) -> Evaluation:
-    """Evaluate the paper's grid within the problem's bounds, or ours: see ``grid_designs``."""
-    return problem.evaluate(grid_designs(problem, step))
+def evaluate_grid(
+    problem: DesignProblem,
+    step: float | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+) -> Evaluation:
+    """Evaluate a grid within the problem's bounds, the paper's or ours: see ``grid_designs``.
+
+    ``progress`` is called after every part of it with the number of its designs.
+    """
+    designs, parts = grid_designs(problem, step), []
+    for part in np.array_split(designs, min(PARTS, len(designs))):
+        parts.append(problem.evaluate(part))
+        progress(len(part))
+    return Evaluation.joined(parts)
+
+
+@contextmanager
+def grid_bar(
+    screen: Console, problem: DesignProblem, step: float | None = None
+) -> Iterator[Callable[[int], None]]:
+    """Give the ``progress`` of a grid that moves a bar."""
+    with counter(screen, "designs") as bar:
+        line = bar.add_task(grid_name(problem, step), total=len(grid_designs(problem, step)))
+        yield lambda count: bar.advance(line, count)
 
 
 def log_best(study: Study, evaluation: Evaluation) -> int:
@@ -56,22 +83,25 @@ def grid(
     name: str | None = None,
     output: Path | None = None,
     command: str = "",
+    progress: Callable[[int], None] = lambda _: None,
 ) -> Evaluation:
     """Evaluate a grid, write the atlas and log its best feasible designs in a study.
 
     Args:
         problem: what is evaluated, with its task.
-        step: of a grid over the bounds, in the variables' SI units; without one it is the paper's
-            grid, or where there is none, ours with the steps that the variables declare.
+        step: of a grid over the bounds, in the variables' SI units; without one it is the grid
+            over the paper's ranges, or where there is none, ours with the steps that the variables
+            declare.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
         name: of the study; the problem's name, "grid" and the step by default.
         output: the atlas; runs/NAME/grid.nc by default.
         command: kept with the atlas and the study.
+        progress: called after every part of the grid with the number of its designs.
 
     Raises:
         ValueError: in one sentence, for no such grid or a study that stands for something else.
     """
-    evaluation = evaluate_grid(problem, step)
+    evaluation = evaluate_grid(problem, step, progress)
     where = storage or default_storage(problem.name)
     with quiet():
         study = open_study(
@@ -99,7 +129,5 @@ def best_of_grid(problem: DesignProblem, step: float | None) -> str:
 
 def grid_line(evaluation: Evaluation, step: float | None = None) -> str:
     """Return how many designs a grid has, whose it is and how many are feasible."""
-    whose, feasible = grid_name(evaluation.problem, step), int(evaluation.feasible.sum())
-    if whose == "our grid":
-        whose += f" (a step of {steps_in_words(evaluation.problem, step)} over the bounds)"
+    whose, feasible = grid_in_words(evaluation.problem, step), int(evaluation.feasible.sum())
     return f"{len(evaluation):,} designs of {whose}, {feasible:,} feasible"

@@ -70,6 +70,8 @@ def _lines(problem: DesignProblem) -> Iterator[str]:
     for note in problem.notes:
         yield f"{note}\n"
     yield from _table("### Environments", ("id", "an episode is"), _environments(problem))
+    if not said.splits:
+        yield "Its Family has no splits: the benchmark doesn't measure methods on it.\n"
     yield from _table(
         "### Variables", ("variable", "searched", "unit", "default", "what it is"),
         _variables(problem),

@@ -134,11 +134,11 @@ def _searches(job: Job, done: int, bar: Progress, line: TaskID) -> Iterator[Solu
 def _descents(job: Job, done: int) -> Iterator[Solutions]:
     """Yield chunk after chunk, each solved by a process of its own."""
     chunks = ((job.problem, seed, tasks) for seed, tasks in job.chunks(done))
-    with get_context("spawn").Pool(initializer=_work_alone) as pool:  # ends them when it is left
+    with get_context("spawn").Pool(initializer=work_alone) as pool:  # ends them when it is left
         yield from pool.imap(_solve_chunk, chunks)
 
 
-def _work_alone() -> None:
+def work_alone() -> None:
     """Leave the other cores and Ctrl-C to others."""
     import numba
 

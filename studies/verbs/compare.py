@@ -1,4 +1,4 @@
-"""``pkm-gym compare``: the paper, its grid, a polished design and the samplers, side by side."""
+"""``pkm-gym compare``: the paper, a grid, a polished design and the samplers, side by side."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Compare the paper's optimum, its grid if it has one, a polished design and Optuna's samplers.
+    """Compare the paper's optimum, a grid over its ranges, a polished design, Optuna's samplers.
 
     Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
     every run, to compare.json.

@@ -21,7 +21,14 @@ from pkm_gym.studies.cli.options import (
 )
 from pkm_gym.studies.cli.runs import own_command, redacted, run_folder
 from pkm_gym.studies.cli.terminal import BAD, console
-from pkm_gym.studies.grid.grid import LOGGED, best_of_grid, grid, grid_line, grid_study_name
+from pkm_gym.studies.grid.grid import (
+    LOGGED,
+    best_of_grid,
+    grid,
+    grid_bar,
+    grid_line,
+    grid_study_name,
+)
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.storage.storages import default_storage
 
@@ -57,10 +64,12 @@ def command(
     xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective, free)
-    evaluation = grid(
-        problem, step=step, storage=storage, name=study_name, output=output, command=own_command()
-    )
     screen = console()
+    with grid_bar(screen, problem, step) as progress:
+        evaluation = grid(
+            problem, step=step, storage=storage, name=study_name, output=output,
+            command=own_command(), progress=progress,
+        )  # fmt: skip
     feasible = int(evaluation.feasible.sum())
     screen.print(grid_line(evaluation, step))
     best = problem.evaluate(evaluation.designs[evaluation.best()][None])

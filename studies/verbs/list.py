@@ -56,6 +56,8 @@ def _show_one(screen: Console, problem: DesignProblem) -> None:
     screen.print(f"environments: {', '.join(environment_ids(problem.declared)) or 'none'}")
     if problem.declared.family_words:
         screen.print(f"designs of its Family: {problem.declared.family_words}")
+    if not problem.declared.splits:
+        screen.print("splits for the benchmark: none")
     for note in problem.notes:
         screen.print(note)
     for title, rows in (

@@ -49,7 +49,7 @@ def command(
         typer.Option(
             metavar="paper|grid|designer:N|STUDY",
             help="Try these designs first: the printed one, the first N of a trained designer, or "
-            "the best ten of the paper's grid or of a study in the same storage. Repeat it for "
+            "the best ten of the grid or of a study in the same storage. Repeat it for "
             "several.",
         ),
     ] = None,

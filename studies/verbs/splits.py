@@ -11,6 +11,7 @@ import typer
 from pkm_gym.benchmark.splits import (
     Entry,
     check_split,
+    check_splits,
     default_folder,
     draw,
     manifest,
@@ -21,9 +22,11 @@ from pkm_gym.benchmark.splits import (
 from pkm_gym.core.declaration import SPLITS
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import called, family_problem
 from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import BAD, console, section
+from pkm_gym.studies.search.neighbours import from_neighbours
 from pkm_gym.studies.search.solving import Job, solve
 
 
@@ -47,9 +50,12 @@ def command(
     """Make the benchmark's splits of a problem: its tasks, starts and optima.
 
     What is drawn depends on the problem's version alone. An optimum on which searches disagree is
-    kept as the best known. Stopped by Ctrl-C, the same command goes on where it was.
+    kept as the best known; so is one to which the optimum of a neighbouring training task leads,
+    where the problem declares that they are asked. Stopped by Ctrl-C, the same command goes on
+    where it was.
     """
     problem = family_problem(name)
+    check_splits(problem)
     chosen = split or list(problem.declared.splits)
     for one in chosen:
         check_split(problem, one)
@@ -74,6 +80,8 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
     before = kept.evaluations if kept else 0
     began = _processor_time()
     solved = solve(job, screen)
+    if problem.declared.neighbours:
+        solved = from_neighbours(problem, solved, screen, _known(problem, split, folder))
     share = solved.evaluations / max(1, solved.evaluations - before)
     seconds = (_processor_time() - began) * share
     Pool.from_solutions(solved, drawn.starts, problem, job.command).save(path)
@@ -85,6 +93,16 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
     if best_known:
         screen.print(f"{best_known} of the optima are the best known, not certified", style=BAD)
     screen.print(f"split: {path}", soft_wrap=True)
+
+
+def _known(
+    problem: DesignProblem, split: str, folder: Path
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return tasks and optima of the training split, None for itself."""
+    if split == "train":
+        return None
+    pool = Pool.load(split_file(problem, "train", folder), problem)
+    return pool.tasks[pool.solvable], pool.designs[pool.solvable]
 
 
 def _processor_time() -> float:

@@ -13,9 +13,12 @@ from pkm_gym.benchmark import splits
 from pkm_gym.benchmark.splits import BEYOND, SPLITS, draw, load_split, split_path
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.solve import solve_tasks
+from pkm_gym.mechanisms import declaration
 
 # Of a constraint, a difference of numbers near 1: another compiler or processor sums otherwise.
 ROUNDING = 1e-15
+
+UNMEASURED = [name for name in pkm_gym.problems() if not declaration(name).splits]
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -67,11 +70,13 @@ def test_no_other_optimiser_finds_better(shipped):
     found = scipy.optimize.differential_evolution(
         log_merit,
         list(zip(problem.low, problem.high, strict=True)),
-        rng=3, popsize=30, maxiter=300, tol=0.0, polish=False, vectorized=True,
+        rng=3, popsize=30, maxiter=1200, tol=0.0, polish=False, vectorized=True,
         updating="deferred",
     )  # fmt: skip
     optimum = problem.evaluate(pool.designs[row][None], task).log_merit[0]
-    assert optimum - 1e-10 <= found.fun <= optimum + 1e-4
+    # One search ends near, no more, where more than two must agree: a problem of many basins.
+    near = 1e-10 if problem.declared.searches == 2 else 1e-5
+    assert optimum - 1e-10 <= found.fun <= optimum + near
 
 
 def test_ood_asks_for_more_than_the_training_range_but_nothing_illegal(shipped):
@@ -129,3 +134,9 @@ def test_a_missing_split_says_how_to_make_it(shipped):
 def test_unknown_splits_are_refused_with_the_closest_match(shipped):
     with pytest.raises(ValueError, match="unknown split 'tests'; did you mean 'test'"):
         load_split(shipped[0].name, "tests")
+
+
+@pytest.mark.parametrize("name", UNMEASURED)
+def test_a_problem_that_declares_no_splits_says_so(name):
+    with pytest.raises(ValueError, match=f"^{name} declares no splits: no methods are measured"):
+        load_split(name, "test")

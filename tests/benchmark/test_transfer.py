@@ -45,7 +45,10 @@ def test_most_known_tasks_are_given_back_their_optima(shipped, pool):
     rows = np.flatnonzero(pool.solvable)[:200]
     found = Interpolation(problem, pool).designs(pool.tasks[rows])
     off = np.abs(found - pool.designs[rows]) / (problem.high - problem.low)
-    assert (off.max(axis=1) < 1e-6).mean() > 0.5  # the others are taken for another part
+    # The others are taken for another part: more of them where several limits nearly hold at once,
+    # so that searches descend from many starts.
+    share = 0.5 if problem.declared.starts else 0.8
+    assert (off.max(axis=1) < 1e-6).mean() > share
 
 
 def test_a_limit_moves_its_constraint_and_no_other(ladder, shipped, pool):
@@ -133,21 +136,24 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
         for search in (near, lambda e: ladder.climb(e, 1), lambda e: ladder.climb(e, BUDGET))
     ])  # fmt: skip
     by_neighbours, first, last = np.median(found, axis=1)
-    assert last < 0.05 * by_neighbours
+    # Neighbours lie in other basins where more than two searches must agree.
+    assert last < (0.01 if problem.declared.searches == 2 else 0.05) * by_neighbours
     assert last <= first
     assert np.isfinite(found[2]).mean() > 0.9
 
 
 def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     problem, split = shipped
-    rows = np.flatnonzero(split.solvable)[:3].tolist()
+    rows = np.flatnonzero(split.solvable)[:6].tolist()
     climb, further = (m.prepare(problem, pool) for m in (interpolated, interpolated_cobyqa))
-    for row in rows:
+    for row in rows[:3]:
         assert regret(problem, split, row, climb, budget=30)[1] <= BUDGET  # the ladder ends
         assert regret(problem, split, row, further, budget=20)[1] == 20
     climbed = [regret(problem, split, row, further, budget=RUNGS_BEFORE)[0] for row in rows]
     refined = [regret(problem, split, row, further, budget=50)[0] for row in rows]
-    assert np.median(refined) < 0.9 * np.median(climbed)
+    # Fifty evaluations are few in a problem of many basins.
+    share = 0.5 if problem.declared.searches == 2 else 0.7
+    assert np.median(refined) < share * np.median(climbed)
 
 
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):

@@ -20,6 +20,16 @@ def test_everything_declared_is_on_the_page(run, name):
     assert f"`PKM/{said.environment}Family-v0`" in text
 
 
+@pytest.mark.parametrize("name", pkm_gym.problems())
+def test_a_family_without_splits_is_called_so(run, refused, name):
+    without = not declaration(name).splits
+    assert ("has no splits" in run("page", name).stdout) == without
+    assert ("splits for the benchmark: none" in run("list", name).stdout) == without
+    if without:
+        for verb in ("splits", "benchmark"):
+            assert refused(verb, name).startswith(f"{name} declares no splits: ")
+
+
 def test_a_file_is_not_written_over_unless_told(run, refused, tmp_path):
     path = tmp_path / "page.md"
     assert run("page", "diamond", "-o", path).exit_code == 0

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
+from scipy.spatial.transform import Rotation
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from pkm_gym.core.problem import DesignProblem
@@ -309,15 +310,24 @@ def test_the_layout_covers_the_observation_and_shows_what_it_says(motion_id, mov
         observation, *_ = env.step(tracker(env))
     seen = {name: observation[part] for name, part in env.observation_layout.items()}
     assert seen["time_left"] == pytest.approx(1.0 - 100 / env.rig.path.steps)
-    now, then = env.rig.path.positions[[200, 232]]
-    size = len(now)
-    fastest = np.linalg.norm(env.rig.path.velocities, axis=1).max()
+    path, state, turning = env.rig.path, env.rig.state, env.rig.twin.mechanism.turning
+    levers = np.where(np.arange(path.velocities.shape[1]) < turning, 0.1, 1.0)
+    now, then = ((path.axes[k], path.positions[k]) for k in (200, 232))
+    fastest = np.linalg.norm(levers * path.velocities, axis=1).max()
     np.testing.assert_allclose(
-        seen["path"][-size:], (then - now) / (16 * env.rig.dt * fastest), atol=1e-6
+        seen["path"][-len(levers) :],
+        way(turning, now, then) / (16 * env.rig.dt * fastest),
+        atol=1e-6,
     )
-    np.testing.assert_allclose(
-        np.arctanh(seen["error"]) * 5e-3, now - env.rig.state.position, atol=1e-7
-    )
+    off = way(turning, (state.axes, state.position), now)
+    np.testing.assert_allclose(np.arctanh(seen["error"]) * 5e-3, off, atol=1e-7)
+    assert env.error == pytest.approx(np.linalg.norm(off), rel=1e-9)
+
+
+def way(turning, one, other):
+    """The way from axes and a position to others, turns at a lever of 0.1 m before it."""
+    turn = Rotation.from_matrix(other[0] @ one[0].T).as_rotvec()[:turning]
+    return np.concatenate([0.1 * turn, other[1] - one[1]])
 
 
 def test_design_and_task_are_in_the_observation(motion_id, move):

@@ -1,4 +1,4 @@
-"""Wrappers: tasks in a given order, a vector of objectives, the paper's grid by number."""
+"""Wrappers: tasks in a given order, a vector of objectives, a grid of designs by number."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_a_grid_that_cannot_be_is_refused():
         PaperGrid(made("PKM/Diamond-v0"))
     between = {"lam_e": (0.30001, 0.30002)}
     nowhere = made("PKM/Diamond-v0", action_mode="absolute", bounds=between)
-    with pytest.raises(ValueError, match="no design of the paper's grid lies within the bounds"):
+    with pytest.raises(ValueError, match="no design of the grid lies within the bounds"):
         PaperGrid(nowhere)
 
 

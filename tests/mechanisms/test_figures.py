@@ -9,7 +9,7 @@ import pkm_gym
 from pkm_gym import plots
 from pkm_gym.core.trajectory import duration_345
 from pkm_gym.mechanisms.diamond import figures as diamond
-from pkm_gym.mechanisms.stroke_leg import figures as stroke_leg
+from pkm_gym.mechanisms.stroke_leg.motion_figures import travel
 from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 from pkm_gym.studies.verbs.figures import figures_of
 
@@ -171,8 +171,8 @@ def test_feet_that_stand_stay_where_they_are():
     step = Step()
     times = np.linspace(0.0, 0.99, 34)
     feet = step.motion(times, TROT[1]).position[:, 0]  # right front, on the ground at first
-    travel = np.array([stroke_leg.travel(step, time) for time in times.tolist()])
-    np.testing.assert_allclose(feet + travel, feet[0], atol=1e-12)
+    moved = np.array([travel(step, time) for time in times.tolist()])
+    np.testing.assert_allclose(feet + moved, feet[0], atol=1e-12)
 
 
 def test_least_thrust_falls_where_pistons_may_be_faster():

@@ -192,7 +192,7 @@ def test_means_converge_to_those_of_a_known_design() -> None:
     assert np.degrees(uniform["dead_A_short"]) == pytest.approx(10.95, abs=5e-3)
 
 
-def test_the_papers_grid_of_a_known_design() -> None:
+def test_an_even_sample_of_a_known_design() -> None:
     found = indices_of(problem_of(sampling="grid"), *OTHER)
     assert found["eta_P"] == pytest.approx(2.095792, abs=5e-7)
     assert found["sigma"] == pytest.approx(0.972215, abs=5e-7)
@@ -362,7 +362,7 @@ def test_the_printed_design_at_half_the_swing(on_grid: Evaluation) -> None:
     assert better.mean() == pytest.approx(0.89, abs=5e-3)
 
 
-# The paper's grid ---------------------------------------------------------------------------------
+# Our grid over the paper's ranges -----------------------------------------------------------------
 
 
 def test_few_designs_of_the_grid_meet_all_limits(leg: DesignProblem, on_grid: Evaluation) -> None:

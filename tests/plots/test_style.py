@@ -14,6 +14,7 @@ from pkm_gym import plots
         ("lam_e", r"$\lambda_{e}$"),
         ("tau_G", r"$\tau_{G}$"),
         ("sigma_max", r"$\sigma_{\mathrm{max}}$"),
+        ("eta_omega", r"$\eta_{\omega}$"),
         ("l1", "$l_{1}$"),
         ("H", "$H$"),
         ("gap", "gap"),

@@ -45,8 +45,8 @@ def test_the_path_is_the_paper_s_at_half_control_steps(rig, machine, speed):
     np.testing.assert_allclose(path.positions[-1], exact[-1], atol=1e-9)
     middle = slice(1, -1)
     change = np.gradient(path.positions, 0.5 * rig.dt, axis=0)[middle]
-    fastest = np.abs(path.velocities).max()
-    np.testing.assert_allclose(change, path.velocities[middle], atol=0.02 * fastest)
+    moved = path.velocities[middle, machine.turning :]
+    np.testing.assert_allclose(change, moved, atol=0.02 * np.abs(moved).max())
 
 
 def test_every_point_of_every_feasible_design_s_path_is_within_reach(twinned, speed):

@@ -73,9 +73,9 @@ class DiamondOptions(Options):
 class Design(NamedTuple):
     """Ratios of the dimensions."""
 
-    lam_e: Annotated[float, variable(0.2, 0.75, "", "e / l1")]
-    lam_l: Annotated[float, variable(1.2, 3.6, "", "l2 / l1")]
-    gap: Annotated[float, variable(0.1, 0.7, "", "lam_H - lam_l + 1, lam_H = H / l1")]
+    lam_e: Annotated[float, variable(0.2, 0.75, "", "e / l1", scanned=True)]
+    lam_l: Annotated[float, variable(1.2, 3.6, "", "l2 / l1", step=0.02)]
+    gap: Annotated[float, variable(0.1, 0.7, "", "lam_H - lam_l + 1, lam_H = H / l1", step=0.02)]
 
 
 class Indices(NamedTuple):

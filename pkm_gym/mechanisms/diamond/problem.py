@@ -225,14 +225,11 @@ class DiamondProblem(DesignProblem):
         return {"lam_e": lam_e, "lam_l": lam_l, "lam_H": lam_l - 1.0 + gap}
 
     def _grid(self) -> FloatArray:
-        """Return lam_e as the paper scans it, lam_l and lam_H in steps of 0.02 over the box."""
-        _, lam_l, gap = self.all_variables
-        steps_l = np.arange(round((lam_l.high - lam_l.low) / 0.02) + 1)
-        steps_g = np.arange(round((gap.high - gap.low) / 0.02) + 1)
-        mesh = np.meshgrid(
-            REFERENCE.data["scan"]["lam_e"],
-            np.round(lam_l.low + 0.02 * steps_l, 10),
-            np.round(gap.low + 0.02 * steps_g, 10),
-            indexing="ij",
-        )
+        """Return lam_e as the paper scans it, lam_l and gap in steps of ours over the box."""
+        own = [
+            np.round(v.low + v.step * np.arange(round((v.high - v.low) / v.step) + 1), 10)
+            for v in self.all_variables
+            if not v.scanned
+        ]
+        mesh = np.meshgrid(REFERENCE.data["scan"]["lam_e"], *own, indexing="ij")
         return np.stack([axis.ravel() for axis in mesh], axis=1)

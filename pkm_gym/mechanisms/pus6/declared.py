@@ -85,8 +85,10 @@ class Pus6Task(Task):
 class Design(NamedTuple):
     """The dimensions; the paper searches the first two."""
 
-    L: Annotated[float, variable(0.40, 0.55, "m", "length of the rods", step=0.01)]
-    R: Annotated[float, variable(0.08, 0.22, "m", "radius of the S joints", step=0.01)]
+    L: Annotated[float, variable(0.40, 0.55, "m", "length of the rods", step=0.01, scanned=True)]
+    R: Annotated[
+        float, variable(0.08, 0.22, "m", "radius of the S joints", step=0.01, scanned=True)
+    ]
     r_B: Annotated[
         float,
         variable(
@@ -173,7 +175,8 @@ PUS6 = Declaration(
     constraints=CONSTRAINTS,
     objectives=OBJECTIVES,
     starts=4,
-    motion={"speed": 0.05, "frame_skip": 10},
+    motion={"frame_skip": 20},
+    splits={},  # two variables, one of them mostly held by the stroke
 )
 
 TASK, DESIGN = record(Pus6Task), record(Design)
@@ -199,8 +202,8 @@ class LayoutTask(Pus6Task):
 class LayoutDesign(NamedTuple):
     """The same dimensions in a wider box, the angles of both hexagons among them."""
 
-    L: Annotated[float, variable(0.36, 0.60, "m", "length of the rods", step=0.01)]
-    R: Annotated[float, variable(0.06, 0.24, "m", "radius of the S joints", step=0.01)]
+    L: Annotated[float, variable(0.36, 0.60, "m", "length of the rods", step=0.02)]
+    R: Annotated[float, variable(0.06, 0.24, "m", "radius of the S joints", step=0.02)]
     r_B: Annotated[
         float,
         variable(
@@ -211,14 +214,14 @@ class LayoutDesign(NamedTuple):
         float,
         variable(
             radians(4.0), radians(60.0), "rad", "angle between the screws of a column",
-            step=radians(1.0),
+            step=radians(4.0),
         ),
     ]  # fmt: skip
     phi_C: Annotated[
         float,
         variable(
             radians(4.0), radians(60.0), "rad", "angle between the S joints of a corner",
-            step=radians(1.0),
+            step=radians(4.0),
         ),
     ]  # fmt: skip
 

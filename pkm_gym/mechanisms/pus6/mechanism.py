@@ -82,7 +82,7 @@ class Pus6(Mechanism):
     pose_names = ("x", "y", "z", "alpha", "beta", "gamma")
     twist_names = ("wx", "wy", "wz", "vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3", "q_4", "q_5", "q_6")
-    twin_module = ""
+    twin_module = "pkm_gym.mechanisms.pus6.twin"
     work: ClassVar[float] = 1.0
 
     @property
@@ -116,7 +116,7 @@ class Pus6(Mechanism):
         """
         start = np.zeros(6) if near is None else near
         joints, start = np.broadcast_arrays(as_rows(joints, 6), as_rows(start, 6))
-        rows = np.ascontiguousarray(start.reshape(-1, 6))
+        joints, rows = joints.copy(), start.reshape(-1, 6).copy()
         return self._batch(
             forward_kinematics_batch, joints, (6,), rows, self.layout, self.L, self.home
         )
@@ -148,6 +148,13 @@ class Pus6(Mechanism):
         check_known("convention", [convention], CONVENTIONS)
         skew = 1.0 if convention == "influence" else 0.0
         return self._batch(second_order_batch, pose, (6, 6, 6), self.layout, self.L, skew)
+
+    def acceleration(
+        self, pose: FloatArray, rates: FloatArray, accelerations: FloatArray
+    ) -> FloatArray:
+        """Return the twist's rate (..., 6) at slider rates and accelerations (..., 6)."""
+        steady = np.einsum("...i,...kij,...j->...k", rates, self.hessian(pose, "symmetric"), rates)
+        return steady + np.einsum("...ki,...i->...k", self.jacobian(pose), accelerations)
 
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return (omega, v) (..., 6) of a pose that changes at ``pose_rate`` (..., 6)."""
@@ -243,18 +250,19 @@ class Pus6(Mechanism):
 
     # Its box, and how it is drawn -----------------------------------------------------------------
 
-    def _box(self, unit: FloatArray) -> FloatArray:
+    def in_box(self, unit: FloatArray) -> FloatArray:
+        """Return poses (..., 6) of the box at shares (..., 6) of its half widths, -1 to 1."""
         half = (self.xy, self.xy, self.z, self.tilt, self.tilt, self.spin)
         return np.asarray(unit, dtype=float) * half
 
     def search_poses(self) -> FloatArray:
         """Return the nodes (n, 6) that the limits are looked for at, on both sides."""
         grid = np.meshgrid(LEVELS, LEVELS, (0.0,), LEVELS, LEVELS, LEVELS, indexing="ij")
-        return self._box(np.stack(grid, axis=-1).reshape(-1, 6))
+        return self.in_box(np.stack(grid, axis=-1).reshape(-1, 6))
 
     def sample_poses(self) -> FloatArray:
         """Return home and two corners of the box (3, 6)."""
-        return self._box(np.array([[0.0] * 6, [1, -1, 1, 1, 1, -1], [-1, 1, -1, -1, -1, 1]]))
+        return self.in_box(np.array([[0.0] * 6, [1, -1, 1, 1, 1, -1], [-1, 1, -1, -1, -1, 1]]))
 
     def workspace(self) -> FloatArray:
         """Return the box's outline (n, 2) from above, m."""
@@ -265,7 +273,7 @@ class Pus6(Mechanism):
         """Return poses (rows, columns, 6) over x and y, half tilted and half turned."""
         x, y = np.meshgrid(np.linspace(-1, 1, columns), np.linspace(-1, 1, rows))
         half = np.full_like(x, 0.5)
-        return self._box(np.stack([x, y, np.zeros_like(x), half, half, half], axis=-1))
+        return self.in_box(np.stack([x, y, np.zeros_like(x), half, half, half], axis=-1))
 
     def points(self, pose: FloatArray) -> dict[str, FloatArray]:
         """Return sliders A and S joints C (..., 6, 3), m, over the tool's tip at home."""

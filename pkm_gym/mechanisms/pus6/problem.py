@@ -10,11 +10,13 @@ import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.mechanisms.pus6.atlas import columns, paper_designs
 from pkm_gym.mechanisms.pus6.declared import (
     DESIGN,
     PUS6,
@@ -166,6 +168,7 @@ class Pus6Problem(DesignProblem):
 
     declared = PUS6
     options: Pus6Options
+    task: Pus6Task
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
@@ -217,6 +220,18 @@ class Pus6Problem(DesignProblem):
             self._printed[length] = self._means(np.array([PRINTED]), task)[1][0]
         return self._printed[length]
 
+    def _grid(self) -> FloatArray | None:
+        """Return the paper's grid: 121 designs."""
+        return paper_designs()
+
+    def atlas_columns(
+        self, evaluation: Evaluation
+    ) -> dict[str, tuple[FloatArray | BoolArray, str]]:
+        """Return counts, normalised means and Pareto sets over the paper's lattice."""
+        if self.options.workspace != "paper":
+            return {}
+        return columns(self.complete(evaluation.designs), self.task, self.options)
+
     def _mechanism(self, design: FloatArray, task: Pus6Task) -> Pus6:
         return Pus6(
             **super().sizes(design),
@@ -258,3 +273,6 @@ class Pus6LayoutProblem(Pus6Problem):
     """
 
     declared = PUS6_LAYOUT
+
+    def _grid(self) -> FloatArray | None:
+        return None  # it is ours

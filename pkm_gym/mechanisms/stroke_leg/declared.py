@@ -9,13 +9,13 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
-from pkm_gym.core.rows import index, own, record, undefined, variable
+from pkm_gym.core.rows import Index, index, own, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
 MEASURES = ("uniform", "area")  # of a mean: (theta, varphi), or the foot's x and z
 SAMPLINGS = ("gauss", "grid", "midpoint")
 PRINTED_WEIGHTS = (0.516, 20.8, 8.19)  # mu_1, mu_2, mu_3 of eq. (22)
-GRID_NODES = 61  # of the paper's sample, 1 deg each way; eta_FC = sigma / 61
+GRID_NODES = 61  # 1 deg each way, which the printed eta_FC fits: sigma / 61
 EXTENSION = 2.0  # a cylinder with its rod all out is less than twice as long as with it all in
 
 
@@ -26,6 +26,24 @@ class Limits(NamedTuple):
 
 
 DEAD_POINTS = ("dead_A_short", "dead_A_long", "dead_D_short", "dead_D_long")
+
+
+def _dead_point(crank: str, cylinder: str, length: str) -> Index:
+    return index("rad", f"smallest angle of {crank} to its dead line, cylinder {cylinder} {length}")
+
+
+# Indices of both problems.
+DeadAShort = Annotated[float, _dead_point("OA", "AB", "short")]
+DeadALong = Annotated[float, _dead_point("OA", "AB", "long")]
+DeadDShort = Annotated[float, _dead_point("OD", "CD", "short")]
+DeadDLong = Annotated[float, _dead_point("OD", "CD", "long")]
+Shortest2 = Annotated[float, index("m", "shortest length of the cylinder AB")]
+Longest2 = Annotated[float, index("m", "longest length of the cylinder AB")]
+Shortest4 = Annotated[float, index("m", "shortest length of the cylinder CD")]
+Longest4 = Annotated[float, index("m", "longest length of the cylinder CD")]
+Stroke2 = Annotated[float, index("m", "stroke of the cylinder AB")]
+Stroke4 = Annotated[float, index("m", "stroke of the cylinder CD")]
+Gap = Annotated[float, index("m", "smallest distance of the cylinders' axes")]
 
 
 def _cylinder_limits(number: int) -> tuple[Limit, Limit]:
@@ -51,7 +69,7 @@ class StrokeLegOptions(Options):
     )
     sampling: str = option(
         "gauss",
-        "Gauss nodes on either side of theta = 45 deg, the paper's grid, or the middles of a grid",
+        "Gauss nodes on either side of theta = 45 deg, an even grid, or the middles of one",
         choices=lambda: SAMPLINGS,
     )
     nodes: int = option(8, "Gauss nodes in varphi, and in theta on either side", low=2, high=64)
@@ -141,25 +159,17 @@ class Indices(NamedTuple):
     force: Annotated[
         float, index("", "largest force of the cylinders (norm) for a unit force on the foot")
     ]
-    stroke2: Annotated[float, index("m", "stroke of the cylinder AB")]
-    stroke4: Annotated[float, index("m", "stroke of the cylinder CD")]
-    gap: Annotated[float, index("m", "smallest distance of the cylinders' axes")]
-    dead_A_short: Annotated[
-        float, index("rad", "smallest angle of OA to its dead line, cylinder AB short")
-    ]
-    dead_A_long: Annotated[
-        float, index("rad", "smallest angle of OA to its dead line, cylinder AB long")
-    ]
-    dead_D_short: Annotated[
-        float, index("rad", "smallest angle of OD to its dead line, cylinder CD short")
-    ]
-    dead_D_long: Annotated[
-        float, index("rad", "smallest angle of OD to its dead line, cylinder CD long")
-    ]
-    l2_min: Annotated[float, index("m", "shortest length of the cylinder AB")]
-    l2_max: Annotated[float, index("m", "longest length of the cylinder AB")]
-    l4_min: Annotated[float, index("m", "shortest length of the cylinder CD")]
-    l4_max: Annotated[float, index("m", "longest length of the cylinder CD")]
+    stroke2: Stroke2
+    stroke4: Stroke4
+    gap: Gap
+    dead_A_short: DeadAShort
+    dead_A_long: DeadALong
+    dead_D_short: DeadDShort
+    dead_D_long: DeadDLong
+    l2_min: Shortest2
+    l2_max: Longest2
+    l4_min: Shortest4
+    l4_max: Longest4
     extension: Annotated[
         float, index("", "longest over shortest length of a cylinder", reported=False)
     ]
@@ -285,28 +295,20 @@ class GaitIndices(NamedTuple):
         float, index("", "largest force of a cylinder for a unit force within the cone")
     ]
     rate: Annotated[float, index("", "largest speed of a piston for a unit speed of the foot")]
-    gap: Annotated[float, index("m", "smallest distance of the cylinders' axes")]
+    gap: Gap
     mount: Annotated[float, index("m", "height of B over the hip")]
-    stroke2: Annotated[float, index("m", "stroke of the cylinder AB")]
-    stroke4: Annotated[float, index("m", "stroke of the cylinder CD")]
-    l2_min: Annotated[float, index("m", "shortest length of the cylinder AB")]
-    l2_max: Annotated[float, index("m", "longest length of the cylinder AB")]
-    l4_min: Annotated[float, index("m", "shortest length of the cylinder CD")]
-    l4_max: Annotated[float, index("m", "longest length of the cylinder CD")]
+    stroke2: Stroke2
+    stroke4: Stroke4
+    l2_min: Shortest2
+    l2_max: Longest2
+    l4_min: Shortest4
+    l4_max: Longest4
     theta_min: Annotated[float, index("rad", "smallest half opening angle of the rhombi")]
     theta_max: Annotated[float, index("rad", "largest half opening angle of the rhombi")]
-    dead_A_short: Annotated[
-        float, index("rad", "smallest angle of OA to its dead line, cylinder AB short")
-    ]
-    dead_A_long: Annotated[
-        float, index("rad", "smallest angle of OA to its dead line, cylinder AB long")
-    ]
-    dead_D_short: Annotated[
-        float, index("rad", "smallest angle of OD to its dead line, cylinder CD short")
-    ]
-    dead_D_long: Annotated[
-        float, index("rad", "smallest angle of OD to its dead line, cylinder CD long")
-    ]
+    dead_A_short: DeadAShort
+    dead_A_long: DeadALong
+    dead_D_short: DeadDShort
+    dead_D_long: DeadDLong
 
 
 class GaitLimits(NamedTuple):
@@ -342,6 +344,7 @@ STROKE_LEG_GAIT = Declaration(
     evaluations=24,
     searches=3,
     starts=6,
+    neighbours=6,
     splits={"train": 2048, "val": 256, "test": 256, "ood": 256},
 )
 

@@ -172,7 +172,7 @@ class StrokeLegProblem(DesignProblem):
         )
 
     def _grid(self) -> FloatArray:
-        """Return the paper's box at steps of ours, gamma and l5 as usual: 184,275 designs."""
+        """Return the paper's ranges in steps of ours, gamma and l5 as usual: 184,275 designs."""
         axes = [
             np.arange(v.low, v.high + 0.5 * v.step, v.step) if v.searched else np.zeros(1)
             for v in self.all_variables

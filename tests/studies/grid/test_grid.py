@@ -1,4 +1,4 @@
-"""The paper's grid: the atlas holds what ``evaluate`` says, and the study its best designs."""
+"""The paper's grid or ours: the atlas holds what ``evaluate`` says, the study its best designs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from optuna_dashboard import get_note
 
 import pkm_gym
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
-from pkm_gym.studies.grid.designs import grid_designs, grid_name, steps_in_words
+from pkm_gym.studies.grid.designs import (
+    grid_designs,
+    grid_in_words,
+    grid_name,
+    steps_in_words,
+)
 from pkm_gym.studies.grid.grid import LOGGED, evaluate_grid, grid
 from pkm_gym.studies.storage.storages import default_storage, open_storage
 from pkm_gym.studies.storage.studies import finished, load_study
@@ -110,7 +115,7 @@ def test_a_space_without_grid_designs_is_refused():
 
 def test_where_the_paper_has_no_grid_ours_spans_the_bounds(problem):
     if problem.grid() is not None:
-        pytest.skip("the paper has a grid")
+        pytest.skip("there is a grid over the paper's ranges")
     assert grid_name(problem) == "our grid"
     step = float((problem.high - problem.low).max() / 8.5)
     designs = grid_designs(problem, step)
@@ -123,6 +128,24 @@ def test_where_the_paper_has_no_grid_ours_spans_the_bounds(problem):
     dataset = atlas(evaluate_grid(problem, step))
     shape = tuple(len(axis) for axis in axes)
     assert dataset[problem.objectives[0].name].shape == shape
+
+
+def test_the_steps_that_no_paper_prints_are_the_declared_ones(problem):
+    designs = problem.grid()
+    if designs is None:
+        assert not any(variable.scanned for variable in problem.all_variables)
+        return
+    for variable, column in zip(problem.variables, designs.T, strict=True):
+        values = np.unique(column.round(9))
+        assert variable.scanned or np.allclose(np.diff(values), variable.step, rtol=1e-6)
+
+
+def test_a_grid_is_the_papers_as_far_as_it_prints_it(diamond):
+    assert grid_in_words(diamond) == "the paper's grid (steps of lam_l, gap ours)"
+    assert grid_in_words(diamond, 0.1) == "our grid (a step of 0.1 over the bounds)"
+    leg = pkm_gym.make_problem("stroke_leg", free=("l3", "th3", "gamma"))  # gamma has no range
+    said = "our grid (a step of l3 10.0 mm, th3 5.00 deg over the paper's ranges)"
+    assert grid_in_words(leg) == said
 
 
 def test_a_step_replaces_the_papers_grid(diamond):

@@ -1,0 +1,92 @@
+"""Tasks solved once more, from the optima of tasks nearby: what their searches had missed."""
+
+from __future__ import annotations
+
+from multiprocessing import get_context
+
+import numpy as np
+from rich.console import Console
+
+from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.solve import Solutions, improved
+from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.studies.cli.terminal import counter
+from pkm_gym.studies.search.solving import ARRAYS, FEW, work_alone
+
+
+def from_neighbours(
+    problem: DesignProblem,
+    solved: Solutions,
+    screen: Console,
+    known: tuple[FloatArray, FloatArray] | None = None,
+) -> Solutions:
+    """Return solutions of tasks with what descents from neighbouring tasks' optima find better.
+
+    Args:
+        problem: says from how many neighbours each task is descended to.
+        solved: its tasks.
+        screen: where the progress is shown.
+        known: tasks (n, m) and optima (n, d) of another split; if not given, a task's neighbours
+            are among ``solved``, round after round until no new optimum is found.
+    """
+    if known is not None:
+        starts = known[1][_nearest(problem, solved.tasks, known[0], own=False)]
+        return _round(problem, solved, starts, np.ones(len(starts), dtype=bool), screen)[0]
+    rows = np.flatnonzero(solved.solvable)
+    nearest = rows[_nearest(problem, solved.tasks, solved.tasks[rows], own=True)]
+    asked = np.ones(len(nearest), dtype=bool)
+    while asked.any():
+        solved, gained = _round(problem, solved, solved.designs[nearest], asked, screen)
+        asked = gained[nearest].any(axis=1)  # those with a neighbour whose optimum is a new one
+    return solved
+
+
+def _nearest(
+    problem: DesignProblem, tasks: FloatArray, known: FloatArray, *, own: bool
+) -> np.ndarray:
+    """Return the rows (n, k) of the known tasks nearest to tasks (n, m), never the task itself."""
+    from scipy.spatial import KDTree
+
+    drawn = [k for k, v in enumerate(problem.task_variables) if v.drawn]
+    span = np.array([v.high - v.low for v in problem.task_variables])[drawn]
+    count = problem.declared.neighbours
+    tree = KDTree(known[:, drawn] / span)
+    found = np.asarray(tree.query(tasks[:, drawn] / span, k=count + own)[1])
+    if not own:
+        return found.reshape(len(tasks), count)
+    itself = (known[found] == tasks[:, None]).all(axis=-1)
+    itself[:, -1] |= ~itself.any(axis=1)  # an unsolvable task isn't among the known
+    return found[~itself].reshape(len(tasks), count)
+
+
+def _round(
+    problem: DesignProblem,
+    solved: Solutions,
+    starts: FloatArray,
+    asked: BoolArray,
+    screen: Console,
+) -> tuple[Solutions, BoolArray]:
+    """Return the solutions of all tasks, those ``asked`` (n,) once more, and which are better."""
+    rows = np.flatnonzero(asked)
+    arrays = {name: getattr(solved, name).copy() for name in ARRAYS}
+    gained, evaluations = np.zeros(len(asked), dtype=bool), solved.evaluations
+    with counter(screen, "tasks") as bar, get_context("spawn").Pool(initializer=work_alone) as pool:
+        line = bar.add_task("from neighbours", total=len(rows))
+        parts = [rows[first : first + FEW] for first in range(0, len(rows), FEW)]
+        chunks = ((problem, _part(solved, part), starts[part]) for part in parts)
+        for part, (found, better) in zip(parts, pool.imap(_improve, chunks), strict=True):
+            for name, array in arrays.items():
+                array[part] = getattr(found, name)
+            gained[part] = better
+            evaluations += found.evaluations
+            bar.advance(line, len(part))
+    screen.print(f"from neighbours: {int(gained.sum())} of {len(rows)} optima bettered")
+    return Solutions(**arrays, evaluations=evaluations), gained
+
+
+def _part(solved: Solutions, rows: np.ndarray) -> Solutions:
+    return Solutions(**{name: getattr(solved, name)[rows] for name in ARRAYS}, evaluations=0)
+
+
+def _improve(chunk: tuple[DesignProblem, Solutions, FloatArray]) -> tuple[Solutions, BoolArray]:
+    return improved(*chunk)
