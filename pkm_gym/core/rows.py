@@ -27,13 +27,15 @@ class Index:
     """A named performance number of a design.
 
     ``reported`` is False for a quantity that only limits and maps are about; with the name of an
-    option the index is reported, and measured, where that option is on.
+    option the index is reported, and measured, where that option is on. ``compared`` says that it
+    is a ratio to a machine of a given size, so that it isn't the same in another size.
     """
 
     name: str
     unit: str
     doc: str
     reported: bool | str = True
+    compared: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,9 @@ def variable(
     return Variable("", low, high, unit, doc, default, searched, step, scanned)
 
 
-def index(unit: str, doc: str, *, reported: bool | str = True) -> Index:
+def index(unit: str, doc: str, *, reported: bool | str = True, compared: bool = False) -> Index:
     """Declare a field of an Indices: unit and what it is; see ``Index``."""
-    return Index("", unit, doc, reported)
+    return Index("", unit, doc, reported, compared)
 
 
 def own(doc: str) -> Own:

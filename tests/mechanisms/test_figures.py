@@ -9,7 +9,7 @@ import pkm_gym
 from pkm_gym import plots
 from pkm_gym.core.trajectory import duration_345
 from pkm_gym.mechanisms.diamond import figures as diamond
-from pkm_gym.mechanisms.stroke_leg.motion_figures import travel
+from pkm_gym.mechanisms.stroke_leg.figures.motion import travel
 from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 from pkm_gym.studies.verbs.figures import figures_of
 

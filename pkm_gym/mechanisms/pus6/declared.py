@@ -123,9 +123,15 @@ class Indices(NamedTuple):
     eta_I: Annotated[float, index("", "inertia force, eqs (7), (8), as the paper's tables have it")]
     balanced: Annotated[
         float,
-        index("", "geometric mean of omega, v, a and I, each over the printed design's"),
+        index(
+            "",
+            "geometric mean of omega, v, a and I, each over the printed design's",
+            compared=True,
+        ),
     ]
-    balanced5: Annotated[float, index("", "the same with alpha, which depends on a convention")]
+    balanced5: Annotated[
+        float, index("", "the same with alpha, which depends on a convention", compared=True)
+    ]
     stroke: Annotated[float, index("m", "travel that the screws need")]
     rod_tilt: Annotated[float, index("rad", "largest angle of a rod to the vertical")]
     s_cone: Annotated[float, index("rad", "largest angle of an S joint from its home direction")]
@@ -184,7 +190,7 @@ PUS6 = Declaration(
     constraints=CONSTRAINTS,
     objectives=_objectives(OPTIMA),
     penalty_weight=5.0,
-    starts=4,
+    starts=8,
     motion={"frame_skip": 20},
     splits={},  # two variables, and mostly one limit that holds an optimum back
 )

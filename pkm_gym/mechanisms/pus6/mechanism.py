@@ -215,7 +215,7 @@ class Pus6(Mechanism):
         flat, _, _, cosine, near, aspect = np.moveaxis(table, -1, 0)
         inside = flat < self.L**2
         return {
-            "rod_tilt": np.arcsin(np.minimum(1.0, np.sqrt(flat) / self.L)),
+            "rod_tilt": np.arcsin(np.where(inside, np.sqrt(flat) / self.L, np.nan)),
             "s_cone": np.arccos(np.minimum(1.0, np.where(inside, cosine, np.nan) / self.L**2)),
             "clearance": np.sqrt(np.where(inside, near, np.nan)),
             "aspect": np.where(inside, aspect, np.nan),
