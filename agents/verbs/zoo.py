@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -30,12 +31,15 @@ def command(
     if add is not None:
         screen.print(f"taken in: {take_in(add)}", soft_wrap=True)
     heads = [f"k = {k}" for k in AT]
-    numbers = ["steps", *heads]
-    rows = table("designer", "problem", *numbers, numbers=numbers)
+    rows = table("designer", "problem", *heads, numbers=heads)
     for name, path in shipped().items():
         designer, origin = read_designer(path)
         regrets = origin.recorded["regrets"]
-        medians = [f"{100.0 * regrets[str(k)]:.1g}" if str(k) in regrets else "" for k in AT]
-        rows.add_row(name, designer.problem.name, f"{origin.steps / 1e6:.1f} M", *medians)
+        medians = [_median(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
+        rows.add_row(name, designer.problem.name, *medians)
     screen.print(rows)
     screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)
+
+
+def _median(regret: float) -> str:
+    return f"{100.0 * regret:.1g}" if isfinite(regret) else "none"

@@ -61,6 +61,7 @@ def solve_tasks(
     tasks: FloatArray,
     *,
     seed: int = 0,
+    effort: int = 0,
     progress: Progress | None = None,
 ) -> Solutions:
     """Solve packed tasks (n, m): searches from different seeds that must agree to 1e-10.
@@ -75,6 +76,7 @@ def solve_tasks(
         problem: the design problem; its first objective is optimised.
         tasks: array (n, m) of packed tasks.
         seed: of all searches.
+        effort: of the first searches, each as thorough as ``effort`` disagreements would make it.
         progress: called with the number of tasks finished so far.
     """
     tasks = np.atleast_2d(np.asarray(tasks, dtype=float))
@@ -82,7 +84,7 @@ def solve_tasks(
     report = progress or (lambda _: None)
     search = _search(problem)
     best, *others = (
-        search(problem, tasks, np.random.default_rng(child))
+        search(problem, tasks, np.random.default_rng(child), effort=effort)
         for child in sequence.spawn(problem.declared.searches)
     )
     agreed = np.ones(len(tasks), dtype=bool)
@@ -93,13 +95,13 @@ def solve_tasks(
     polished = search(problem, tasks, polisher, near=best.designs, radius=NEAR)
     agreed &= _agree(best, polished)
     best = _better(best, polished)
-    for effort, child in enumerate(sequence.spawn(ROUNDS), 1):
+    for harder, child in enumerate(sequence.spawn(ROUNDS), effort + 1):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)
         if len(open_tasks) == 0:
             break
         generator = np.random.default_rng(child)
-        again = search(problem, tasks[open_tasks], generator, effort=effort)
+        again = search(problem, tasks[open_tasks], generator, effort=harder)
         known = Search(
             best.designs[open_tasks], best.log_merit[open_tasks], best.solvable[open_tasks]
         )

@@ -33,9 +33,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Description
     A design's MuJoCo twin stands at the start of its task's path: the Diamond's pick-and-place
-    cycle, the 3-SPR's way down, across and up, or the leg's step. The agent's actions are the
-    motors' forces; it is to keep the tool on the path, which moves on whether the tool follows or
-    not.
+    cycle, the 3-SPR's way down, across and up, the leg's step, or the 6-PUS's engraving. The
+    agent's actions are the motors' forces; it is to keep the tool on the path, which moves on
+    whether the tool follows or not.
 
     MuJoCo takes ``frame_skip`` steps in each step of the environment, during which the forces are
     held. ``speed`` is how many times as fast as the paper's the path is run.
@@ -45,6 +45,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     | PKM/DiamondMotion-v0 | 0.30 s | 1 | 1 ms | 300 |
     | PKM/SPR3Motion-v0 | 2.95 s; other designs have paths of other lengths | 20 | 5 ms | 590 |
     | PKM/StrokeLegMotion-v0 | 4 s, a step of ours | 0.5 | 6 ms | 667 |
+    | PKM/PUS6Motion-v0 | 12.6 s, a spiral of ours on a tilted plane | 1 | 10 ms | 1263 |
 
     ## Action Space
     ``Box(-1, 1, (k,), float32)`` for ``k`` motors: the force (N) or torque (N m) over
@@ -55,7 +56,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Observation Space
     ``Box(-1, 1, (size,), float32)``, clipped. ``observation_layout`` holds the slice of each part;
-    t is the size of the twist, the *range* of a quantity what it takes on the path.
+    t is the size of the twist, the *range* of a quantity what it takes on the path. Where a twist
+    has angular velocities, turns (rotation vectors, rad) come before ways, at a lever of 0.1 m, in
+    all that is t long and in the tool's distance from the path.
 
     | part | size | content |
     |---|---|---|

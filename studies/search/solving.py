@@ -21,7 +21,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
-FEW = 16  # the same where one process descends for one task after the other
+FEW = 16  # the same where one process descends for one task after the other, fewer with effort
 NAMED = 20  # uncertified tasks that are named one by one
 
 ARRAYS = tuple(item.name for item in fields(Solutions) if item.name != "evaluations")
@@ -37,11 +37,12 @@ class Job:
     seed: int
     command: str
     part: Path
+    effort: int = 0
 
     @property
     def chunk(self) -> int:
         """How many tasks are solved at once."""
-        return FEW if self.problem.declared.starts else CHUNK
+        return max(1, FEW >> self.effort) if self.problem.declared.starts else CHUNK
 
     def chunks(self, done: int) -> Iterator[tuple[int, FloatArray]]:
         """Yield a seed and the tasks of each chunk beyond the first ``done`` tasks."""
@@ -126,14 +127,18 @@ def _searches(job: Job, done: int, bar: Progress, line: TaskID) -> Iterator[Solu
     """Yield chunk after chunk, each solved on all cores."""
     for seed, tasks in job.chunks(done):
         yield solve_tasks(
-            job.problem, tasks, seed=seed, progress=partial(_advance, bar, line, done)
+            job.problem,
+            tasks,
+            seed=seed,
+            effort=job.effort,
+            progress=partial(_advance, bar, line, done),
         )
         done += len(tasks)
 
 
 def _descents(job: Job, done: int) -> Iterator[Solutions]:
     """Yield chunk after chunk, each solved by a process of its own."""
-    chunks = ((job.problem, seed, tasks) for seed, tasks in job.chunks(done))
+    chunks = ((job.problem, seed, job.effort, tasks) for seed, tasks in job.chunks(done))
     with get_context("spawn").Pool(initializer=work_alone) as pool:  # ends them when it is left
         yield from pool.imap(_solve_chunk, chunks)
 
@@ -146,9 +151,9 @@ def work_alone() -> None:
     signal(SIGINT, SIG_IGN)
 
 
-def _solve_chunk(chunk: tuple[DesignProblem, int, FloatArray]) -> Solutions:
-    problem, seed, tasks = chunk
-    return solve_tasks(problem, tasks, seed=seed)
+def _solve_chunk(chunk: tuple[DesignProblem, int, int, FloatArray]) -> Solutions:
+    problem, seed, effort, tasks = chunk
+    return solve_tasks(problem, tasks, seed=seed, effort=effort)
 
 
 def _advance(bar: Progress, line: TaskID, before: int, count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import radians
 from typing import Annotated, NamedTuple
@@ -152,16 +153,24 @@ CONSTRAINTS = (
     Limit("spacing", "lower", "spacing"),
     Limit("aspect", "lower", LEAST_ASPECT),
 )
-OBJECTIVES = (
-    Objective("balanced", "maximise", worst=0.0),
-    Objective("balanced5", "maximise", worst=0.0),
-    Objective("eta_omega", "maximise", worst=0.0),
-    Objective("eta_v", "maximise", worst=0.0),
-    Objective("eta_alpha", "maximise", worst=0.0),
-    Objective("eta_a", "maximise", worst=0.0),
-    Objective("eta_F", "maximise", worst=0.0),
-    Objective("eta_I", "maximise", worst=0.0),
-)
+OPTIMA = {  # of the default task: the scales of merit
+    "balanced": 1.085751,
+    "balanced5": 1.297584,
+    "eta_omega": 0.329922,
+    "eta_v": 0.280603,
+    "eta_alpha": 0.267146,
+    "eta_a": 0.565677,
+    "eta_F": 0.033733,
+    "eta_I": 0.808874,
+}
+LAYOUT_OPTIMA = OPTIMA | {"balanced": 1.116447, "balanced5": 1.369}
+
+
+def _objectives(optima: Mapping[str, float]) -> tuple[Objective, ...]:
+    return tuple(
+        Objective(name, "maximise", worst=0.0, scale=value) for name, value in optima.items()
+    )
+
 
 PUS6 = Declaration(
     name="pus6",
@@ -173,7 +182,8 @@ PUS6 = Declaration(
     indices=Indices,
     limits=Limits,
     constraints=CONSTRAINTS,
-    objectives=OBJECTIVES,
+    objectives=_objectives(OPTIMA),
+    penalty_weight=5.0,
     starts=4,
     motion={"frame_skip": 20},
     splits={},  # two variables, and mostly one limit that holds an optimum back
@@ -236,7 +246,8 @@ PUS6_LAYOUT = Declaration(
     indices=Indices,
     limits=Limits,
     constraints=CONSTRAINTS,
-    objectives=OBJECTIVES,
+    objectives=_objectives(LAYOUT_OPTIMA),
+    penalty_weight=5.0,
     reference="layout.toml",
     evaluations=24,
     starts=8,

@@ -288,7 +288,8 @@ class Pus6(Mechanism):
         tip = np.asarray(pose, dtype=float)[:3]
         centre = at["C"].mean(axis=0)
         low, high = self.home - 0.2, self.home + 0.2
-        screws = [Link("base", np.array([[x, y, low], [x, y, high]])) for x, y, _ in at["A"]]
+        stand = self.layout.reshape(6, PER_LEG)[:, 3:]
+        screws = [Link("base", np.array([[x, y, low], [x, y, high]])) for x, y in stand]
         rods = [Link("rod", np.stack([a, c])) for a, c in zip(at["A"], at["C"], strict=True)]
         ring = np.concatenate([at["C"], at["C"][:1]])
         tool = [Link("platform", np.stack([centre, tip]))] if self.tool > 0.0 else []

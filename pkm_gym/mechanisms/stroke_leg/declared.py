@@ -345,7 +345,8 @@ STROKE_LEG_GAIT = Declaration(
     searches=3,
     starts=6,
     neighbours=6,
-    splits={"train": 2048, "val": 256, "test": 256, "ood": 256},
+    thorough=3,
+    splits={"train": 2048, "val": 64, "test": 64, "ood": 64},
 )
 
 GAIT_TASK, GAIT_DESIGN = record(GaitTask), record(GaitDesign)

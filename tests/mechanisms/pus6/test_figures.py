@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym import plots
 from pkm_gym.mechanisms.pus6.atlas import LENGTHS, RADII, lattice_atlas
 from pkm_gym.mechanisms.pus6.mechanism import NAMES
 from pkm_gym.studies.verbs.figures import figures_of
@@ -47,16 +48,14 @@ def panel(figure, begins):
 def test_there_is_a_figure_for_each_of_the_papers():
     names = set(figures_of("pus6")[0])
     for number in range(2, 9):
-        assert any(name.startswith(f"fig{number}_") for name in names)
-    assert {"table1", "table2", "pareto", "search", "convention", "units", "trend", "layout",
-            "sections"} <= names  # fmt: skip
+        assert f"fig{number}" in names
+    ours = "pareto", "search", "convention", "units", "trend", "layout", "sections"
+    assert {"atlas", "table1", "table2", *ours} <= names
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_map_marks_the_largest_and_the_printed_design(problem, atlas, name):
-    number = 3 + NAMES.index(name)
-    (key,) = (key for key in figures_of("pus6")[0] if key.startswith(f"fig{number}_"))
-    figure = draw(key, problem)
+    figure = draw(f"fig{3 + NAMES.index(name)}", problem)
     values = atlas[name].reshape(11, 11)
     row, column = np.unravel_index(values.argmax(), values.shape)
     best = 100.0 * np.array([LENGTHS[row], RADII[column]])
@@ -70,8 +69,14 @@ def test_a_map_marks_the_largest_and_the_printed_design(problem, atlas, name):
     np.testing.assert_allclose(marked(panel(figure, "over one box"), "largest"), [other], atol=1e-9)
 
 
+def test_the_atlas_has_every_map_twice(problem):
+    titles = [axes.get_title(loc="left") for axes in draw("atlas", problem).axes]
+    for name in NAMES:
+        assert sum(title.startswith(plots.symbol(name)) for title in titles) == 2
+
+
 def test_fig_8_says_that_its_statement_is_contradicted(problem):
-    assert "contradicted, by Table 2 too" in words(draw("fig8_inertia_force", problem))
+    assert "contradicted, by Table 2 too" in words(draw("fig8", problem))
 
 
 def test_the_tables_show_every_number(problem, atlas):
@@ -149,7 +154,7 @@ def words_of_axes(axes):
 
 
 def test_the_frames_are_those_of_the_paper(problem):
-    axes = draw("fig2_frames", problem).axes[0]
+    axes = draw("fig2", problem).axes[0]
     places = {text.get_text(): np.array(text.xy) for text in axes.texts}
     screws, joints = (
         [np.degrees(np.arctan2(*places[f"${letter}_{leg}$"][::-1])) % 360.0 for leg in range(1, 7)]

@@ -76,6 +76,31 @@ def index_map(problem: DesignProblem, name: str) -> Figure:
     return figure
 
 
+def overview(problem: DesignProblem) -> Figure:
+    """Draw all six indices over the paper's grid: averages over its lattice, and over one box."""
+    maps = maps_of(problem)
+    figure = plots.new_figure(WIDE, 7.2)
+    plots.headline(
+        figure,
+        "The six indices over the paper's 121 designs, as in Figs 3 to 8 of the paper, our model",
+        "first and third column: averages over the paper's lattice, a workspace that changes with "
+        "the design; others: over one box that all designs reach; star: printed; dot: largest",
+    )
+    for k, name in enumerate(NAMES):
+        row, pair = divmod(k, 2)
+        both = (f"{plots.symbol(name)}, {TITLES[name]}", maps.over_lattice(name)), (
+            f"{plots.symbol(name)}, one box", maps.over_box(name)
+        )  # fmt: skip
+        for column, (title, values) in enumerate(both, 2 * pair):
+            axes = plots.panel(
+                figure, (0.045 + 0.243 * column, 0.685 - 0.308 * row, 0.165, 0.215),
+                x="L (cm)" if row == 2 else "", y="" if column else "R (cm)", title=title,
+            )  # fmt: skip
+            draw_grid_map(axes, values, bar="")
+            mark_best(axes, values)
+    return figure
+
+
 def counts(problem: DesignProblem) -> Figure:
     """Draw the counted poses of all designs, and how far they are from Table 1."""
     printed = np.array(problem.reference.data["table1"]["counts"], dtype=float)
@@ -134,8 +159,9 @@ def table(problem: DesignProblem) -> Figure:
 
 
 PICTURES = {
+    "atlas": Picture("the six maps over the paper's lattice and over one box", overview),
     **{
-        f"fig{FIGURES[name]}_{TITLES[name].replace(' ', '_')}": Picture(
+        f"fig{FIGURES[name]}": Picture(
             f"{TITLES[name]} over the paper's grid, as in Fig. {FIGURES[name]}",
             partial(index_map, name=name),
         )

@@ -90,7 +90,7 @@ def layouts(problem: DesignProblem) -> Figure:
 
 
 PICTURES = {
-    "fig2_frames": Picture("frames and hexagons, as in Fig. 2", frames),
+    "fig2": Picture("frames and hexagons, as in Fig. 2", frames),
     "layout": Picture("the printed machine beside the optimum with free angles", layouts),
 }
 
