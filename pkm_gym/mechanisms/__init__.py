@@ -40,7 +40,7 @@ def problems() -> tuple[str, ...]:
 def addresses() -> dict[str, str]:
     """Return name -> "module:Class" of the known problems; nothing is imported for it."""
     own = {declaration.name: declaration.problem for declaration in own_declarations()}
-    return {**_installed(), **_registered, **own}
+    return own | {**_installed(), **_registered, **own}
 
 
 @cache
