@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -104,17 +102,14 @@ def test_solving_follows_fixed_variables_and_bounds() -> None:
 
 
 def test_polish_is_never_worse_than_its_start(
-    family_problem: DesignProblem, spread: Any, usable: Evaluation, rng: np.random.Generator
+    family_problem: DesignProblem, usable: Evaluation, broken: Evaluation
 ) -> None:
-    some = usable.designs[:12], usable.tasks[:12]
-    drawn = zip(spread(family_problem, rng, 12), some, strict=True)
-    starts, tasks = map(np.concatenate, drawn)
+    starts = np.concatenate([broken.designs[:12], usable.designs[:12]])
+    tasks = np.concatenate([broken.tasks[:12], usable.tasks[:12]])
     before = family_problem.evaluate(starts, tasks)
     after = family_problem.evaluate(polish(family_problem, starts, tasks), tasks)
     assert after.feasible[before.feasible].all()
-    assert before.feasible.sum() >= 12
-    nearly = ~before.feasible & (before.constraints.max(axis=1) < 0.01)
-    assert after.feasible[nearly].any() or not nearly.any()
+    assert after.feasible.sum() > before.feasible.sum() == 12
     assert (after.log_merit <= before.log_merit + 1e-12)[before.feasible].all()
     lost = ~after.feasible
     assert (after.log_merit <= before.log_merit)[lost].all()

@@ -14,7 +14,7 @@ from pkm_gym.mechanisms.pus6.influence import (
     second_order,
     weighted,
 )
-from pkm_gym.mechanisms.pus6.kinematics import legs_at, rotation_of
+from pkm_gym.mechanisms.pus6.kinematics import fill_inverse_row, legs_at, rotation_of
 from pkm_gym.mechanisms.pus6.six import ACROSS, along_sliders, lifted
 
 
@@ -59,11 +59,7 @@ def inverse_batch(poses: FloatArray, layout: FloatArray, L: float, inverse: Floa
         r = rotation_of(poses[k])
         legs = legs_at(layout, poses[k, 0], poses[k, 1], r, L * L)
         for i in range(6):
-            cx, cy, cz, lx, ly, lz = legs[i]
-            kx, ky = lx / lz, ly / lz
-            inverse[k, i, 0], inverse[k, i, 1] = cy - cz * ky, cz * kx - cx
-            inverse[k, i, 2] = cx * ky - cy * kx
-            inverse[k, i, 3], inverse[k, i, 4], inverse[k, i, 5] = kx, ky, 1.0
+            fill_inverse_row(legs[i], inverse[k, i])
 
 
 @batch_kernel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import radians
 from typing import Annotated, NamedTuple
@@ -83,6 +82,13 @@ class Pus6Task(Task):
     )  # fmt: skip
 
 
+ScrewRadius = Annotated[
+    float,
+    variable(0.30, 0.46, "m", "radius of the screws", default=0.38, searched=False, step=0.01),
+]
+ANGLES = radians(4.0), radians(60.0)  # between the screws of a column, the S joints of a corner
+
+
 class Design(NamedTuple):
     """The dimensions; the paper searches the first two."""
 
@@ -90,23 +96,18 @@ class Design(NamedTuple):
     R: Annotated[
         float, variable(0.08, 0.22, "m", "radius of the S joints", step=0.01, scanned=True)
     ]
-    r_B: Annotated[
-        float,
-        variable(
-            0.30, 0.46, "m", "radius of the screws", default=0.38, searched=False, step=0.01
-        ),
-    ]  # fmt: skip
+    r_B: ScrewRadius
     phi_A: Annotated[
         float,
         variable(
-            radians(4.0), radians(60.0), "rad", "angle between the screws of a column",
+            *ANGLES, "rad", "angle between the screws of a column",
             default=radians(15.0), searched=False, step=radians(1.0),
         ),
     ]  # fmt: skip
     phi_C: Annotated[
         float,
         variable(
-            radians(4.0), radians(60.0), "rad", "angle between the S joints of a corner",
+            *ANGLES, "rad", "angle between the S joints of a corner",
             default=radians(30.0), searched=False, step=radians(1.0),
         ),
     ]  # fmt: skip
@@ -159,24 +160,12 @@ CONSTRAINTS = (
     Limit("spacing", "lower", "spacing"),
     Limit("aspect", "lower", LEAST_ASPECT),
 )
-OPTIMA = {  # of the default task: the scales of merit
-    "balanced": 1.085751,
-    "balanced5": 1.297584,
-    "eta_omega": 0.329922,
-    "eta_v": 0.280603,
-    "eta_alpha": 0.267146,
-    "eta_a": 0.565677,
-    "eta_F": 0.033733,
-    "eta_I": 0.808874,
-}
-LAYOUT_OPTIMA = OPTIMA | {"balanced": 1.116447, "balanced5": 1.369}
-
-
-def _objectives(optima: Mapping[str, float]) -> tuple[Objective, ...]:
-    return tuple(
-        Objective(name, "maximise", worst=0.0, scale=value) for name, value in optima.items()
+OBJECTIVES = tuple(
+    Objective(name, "maximise", worst=0.0)
+    for name in (
+        "balanced", "balanced5", "eta_omega", "eta_v", "eta_alpha", "eta_a", "eta_F", "eta_I",
     )
-
+)  # fmt: skip
 
 PUS6 = Declaration(
     name="pus6",
@@ -188,7 +177,7 @@ PUS6 = Declaration(
     indices=Indices,
     limits=Limits,
     constraints=CONSTRAINTS,
-    objectives=_objectives(OPTIMA),
+    objectives=OBJECTIVES,
     penalty_weight=5.0,
     starts=8,
     motion={"frame_skip": 20},
@@ -220,23 +209,18 @@ class LayoutDesign(NamedTuple):
 
     L: Annotated[float, variable(0.36, 0.60, "m", "length of the rods", step=0.02)]
     R: Annotated[float, variable(0.06, 0.24, "m", "radius of the S joints", step=0.02)]
-    r_B: Annotated[
-        float,
-        variable(
-            0.30, 0.46, "m", "radius of the screws", default=0.38, searched=False, step=0.01
-        ),
-    ]  # fmt: skip
+    r_B: ScrewRadius
     phi_A: Annotated[
         float,
         variable(
-            radians(4.0), radians(60.0), "rad", "angle between the screws of a column",
+            *ANGLES, "rad", "angle between the screws of a column",
             step=radians(4.0),
         ),
     ]  # fmt: skip
     phi_C: Annotated[
         float,
         variable(
-            radians(4.0), radians(60.0), "rad", "angle between the S joints of a corner",
+            *ANGLES, "rad", "angle between the S joints of a corner",
             step=radians(4.0),
         ),
     ]  # fmt: skip
@@ -252,7 +236,7 @@ PUS6_LAYOUT = Declaration(
     indices=Indices,
     limits=Limits,
     constraints=CONSTRAINTS,
-    objectives=_objectives(LAYOUT_OPTIMA),
+    objectives=OBJECTIVES,
     penalty_weight=5.0,
     reference="layout.toml",
     evaluations=24,

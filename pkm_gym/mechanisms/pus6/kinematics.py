@@ -15,7 +15,7 @@ import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.pus6.influence import Leg, Legs
+from pkm_gym.mechanisms.pus6.influence import Leg, Legs, inverse_row
 
 THIRD = 2.0 * math.pi / 3.0
 
@@ -126,6 +126,13 @@ def sliders(legs: Legs, z: float, home: float, q: FloatArray) -> None:
         q[i] = z + slider(legs[i]) - home
 
 
+@kernel
+def fill_inverse_row(leg: Leg, row: FloatArray) -> None:
+    """Fill a leg's row (6,) of G^-1."""
+    row[0], row[1], row[2], row[3], row[4] = inverse_row(leg)
+    row[5] = 1.0
+
+
 # Forward kinematics -------------------------------------------------------------------------------
 
 
@@ -141,11 +148,8 @@ def correction(
     r = rotation_of(pose)
     legs = legs_at(layout, pose[0], pose[1], r, L2)
     for i in range(6):
-        cx, cy, cz, lx, ly, lz = legs[i]
-        kx, ky = lx / lz, ly / lz
-        matrix[i, 0], matrix[i, 1], matrix[i, 2] = cy - cz * ky, cz * kx - cx, cx * ky - cy * kx
-        matrix[i, 3], matrix[i, 4], matrix[i, 5] = kx, ky, 1.0
-        row[i] = q[i] - (pose[2] + cz - lz - home)
+        fill_inverse_row(legs[i], matrix[i])
+        row[i] = q[i] - (pose[2] + slider(legs[i]) - home)
     if not math.isfinite(matrix.sum() + row.sum()):  # out of reach
         return math.inf, 0.0
     det = np.linalg.det(matrix)

@@ -14,6 +14,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.pus6.atlas import columns, paper_designs
@@ -46,7 +47,6 @@ from pkm_gym.mechanisms.pus6.lattice import averages
 from pkm_gym.mechanisms.pus6.limits import PER_NODE, node_extremes, nodes
 from pkm_gym.mechanisms.pus6.mechanism import Pus6, angles_violation, explain_angles
 
-PRINTED = (0.46, 0.19, 0.38, math.radians(15.0), math.radians(30.0))
 SINGULAR = 1e-9  # det G^-1 at home over R^3 below which there is no machine to move
 UNREACHED = 1e-9
 LENGTHS = ("L", "R", "r_B")
@@ -172,6 +172,10 @@ class Pus6Problem(DesignProblem):
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
+        paper = Reference.load(self.declared.package)
+        known = {**paper.optima, **self.reference.optima}
+        self.scale = known[self.objectives[0].name].value
+        self._printed_design = np.array([[paper.design[v.name] for v in self.all_variables]])
         self._unit = unit_poses(SAMPLINGS[self.options.sampling])
         self._nodes = nodes()
         self._skew = 1.0 if self.options.convention == "influence" else 0.0
@@ -217,7 +221,7 @@ class Pus6Problem(DesignProblem):
         """Return the means (6,) of the printed design over the default box or the lattice."""
         if length not in self._printed:
             task = Pus6Task(characteristic_length=length).pack()[None]
-            self._printed[length] = self._means(np.array([PRINTED]), task)[1][0]
+            self._printed[length] = self._means(self._printed_design, task)[1][0]
         return self._printed[length]
 
     def _grid(self) -> FloatArray | None:
