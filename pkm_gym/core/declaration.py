@@ -82,6 +82,8 @@ class Declaration:
         searches: how many searches of a task must agree before its optimum is certified.
         starts: from how many of them each search descends; 0: differential evolution searches.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
+        evolutions: from how many evolutions' answers descents to each task of val, test and ood
+            start besides.
         thorough: the ``effort`` of searches of val, test and ood; those of train have none.
         splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
@@ -109,6 +111,7 @@ class Declaration:
     searches: int = 2
     starts: int = 0
     neighbours: int = 0
+    evolutions: int = 0
     thorough: int = 0
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()

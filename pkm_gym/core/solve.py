@@ -20,6 +20,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 ACTIVE = 1e-5
 
 AGREEMENT = 1e-10
+SAME = 1e-8  # of log merits, of one optimum that another descent tells with more digits
 NEAR = 0.02  # a share of the range: how far a polish looks
 ROUNDS = 4  # further searches of a task whose searches disagree
 
@@ -120,7 +121,8 @@ def improved(
 ) -> tuple[Solutions, BoolArray]:
     """Return solutions with what descents from further starts (n, k, d) find better, and where.
 
-    An optimum that is found so is the best known, not certified: the searches had missed it.
+    An optimum that is found so is the best known, not certified: the searches had missed it. One
+    that is only told with more digits stays what it was.
     """
     best = Search(solved.designs.copy(), solved.log_merit.copy(), solved.solvable.copy())
     generator = np.random.default_rng(0)  # a descent from a given start draws nothing
@@ -131,11 +133,12 @@ def improved(
         evaluations += ends.evaluations
     gained = best.solvable & (~solved.solvable | (best.log_merit < solved.log_merit - AGREEMENT))
     rows = np.flatnonzero(gained)
+    same = solved.solvable & (best.log_merit > solved.log_merit - SAME)
     found = _solutions(
         problem,
         solved.tasks[rows],
         Search(best.designs[rows], best.log_merit[rows], best.solvable[rows]),
-        np.zeros(len(rows), dtype=bool),
+        (solved.certified & same)[rows],
     )
     merged = {
         item.name: getattr(solved, item.name).copy()

@@ -26,7 +26,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import called, family_problem
 from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import BAD, console, section
-from pkm_gym.studies.search.neighbours import from_neighbours
+from pkm_gym.studies.search.bettering import from_evolution, from_neighbours
 from pkm_gym.studies.search.solving import Job, solve
 
 
@@ -50,9 +50,9 @@ def command(
     """Make the benchmark's splits of a problem: its tasks, starts and optima.
 
     What is drawn depends on the problem's version alone. An optimum on which searches disagree is
-    kept as the best known; so is one to which the optimum of a neighbouring training task leads,
-    where the problem declares that they are asked. Stopped by Ctrl-C, the same command goes on
-    where it was.
+    kept as the best known; so is one to which the optimum of a neighbouring training task leads, or
+    an evolution, where the problem declares that they are asked. Stopped by Ctrl-C, the same
+    command goes on where it was.
     """
     problem = family_problem(name)
     check_splits(problem)
@@ -83,6 +83,8 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
     solved = solve(job, screen)
     if problem.declared.neighbours:
         solved = from_neighbours(problem, solved, screen, _known(problem, split, folder))
+    if problem.declared.evolutions and split != "train":
+        solved = from_evolution(problem, solved, screen)
     share = solved.evaluations / max(1, solved.evaluations - before)
     seconds = (_processor_time() - began) * share
     Pool.from_solutions(solved, drawn.starts, problem, job.command).save(path)

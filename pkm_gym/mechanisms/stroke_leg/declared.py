@@ -345,6 +345,7 @@ STROKE_LEG_GAIT = Declaration(
     searches=3,
     starts=6,
     neighbours=6,
+    evolutions=3,
     thorough=3,
     splits={"train": 2048, "val": 64, "test": 64, "ood": 64},
 )

@@ -1,12 +1,18 @@
-"""Tasks solved once more, from the optima of tasks nearby: what their searches had missed."""
+"""Tasks solved once more, from other starts: what their searches had missed.
+
+From the optima of tasks nearby, and from what differential evolution finds: a basin to which hardly
+a descent leads, since most end where a limit can't be kept, may be easy for a population.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
 from rich.console import Console
 
+from pkm_gym.core.evolution import evolve
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, improved
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -31,14 +37,39 @@ def from_neighbours(
     """
     if known is not None:
         starts = known[1][_nearest(problem, solved.tasks, known[0], own=False)]
-        return _round(problem, solved, starts, np.ones(len(starts), dtype=bool), screen)[0]
+        return _round(problem, solved, starts, _all(starts), screen, "neighbours")[0]
     rows = np.flatnonzero(solved.solvable)
     nearest = rows[_nearest(problem, solved.tasks, solved.tasks[rows], own=True)]
-    asked = np.ones(len(nearest), dtype=bool)
+    asked = _all(nearest)
     while asked.any():
-        solved, gained = _round(problem, solved, solved.designs[nearest], asked, screen)
+        starts = solved.designs[nearest]
+        solved, gained = _round(problem, solved, starts, asked, screen, "neighbours")
         asked = gained[nearest].any(axis=1)  # those with a neighbour whose optimum is a new one
     return solved
+
+
+def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -> Solutions:
+    """Return solutions of tasks with what descents from evolved designs find better.
+
+    As many independent evolutions as the problem declares. Their merit may rank a slightly
+    infeasible design first: the descents end where every limit is kept.
+    """
+    ends, evaluations = [], 0
+    count = problem.declared.evolutions
+    with counter(screen, "evolutions") as bar:
+        line = bar.add_task("evolving", total=count)
+        for child in np.random.SeedSequence(0).spawn(count):
+            found = evolve(problem, solved.tasks, np.random.default_rng(child))
+            ends.append(found.designs)
+            evaluations += found.evaluations
+            bar.advance(line)
+    starts = np.stack(ends, axis=1)
+    better = _round(problem, solved, starts, _all(starts), screen, "evolution")[0]
+    return replace(better, evaluations=better.evaluations + evaluations)
+
+
+def _all(rows: np.ndarray) -> BoolArray:
+    return np.ones(len(rows), dtype=bool)
 
 
 def _nearest(
@@ -65,13 +96,14 @@ def _round(
     starts: FloatArray,
     asked: BoolArray,
     screen: Console,
+    words: str,
 ) -> tuple[Solutions, BoolArray]:
     """Return the solutions of all tasks, those ``asked`` (n,) once more, and which are better."""
     rows = np.flatnonzero(asked)
     arrays = {name: getattr(solved, name).copy() for name in ARRAYS}
     gained, evaluations = np.zeros(len(asked), dtype=bool), solved.evaluations
     with counter(screen, "tasks") as bar, get_context("spawn").Pool(initializer=work_alone) as pool:
-        line = bar.add_task("from neighbours", total=len(rows))
+        line = bar.add_task(f"from {words}", total=len(rows))
         parts = [rows[first : first + FEW] for first in range(0, len(rows), FEW)]
         chunks = ((problem, _part(solved, part), starts[part]) for part in parts)
         for part, (found, better) in zip(parts, pool.imap(_improve, chunks), strict=True):
@@ -80,7 +112,7 @@ def _round(
             gained[part] = better
             evaluations += found.evaluations
             bar.advance(line, len(part))
-    screen.print(f"from neighbours: {int(gained.sum())} of {len(rows)} optima bettered")
+    screen.print(f"from {words}: {int(gained.sum())} of {len(rows)} optima bettered")
     return Solutions(**arrays, evaluations=evaluations), gained
 
 
