@@ -71,17 +71,22 @@ def least_excess(layout: FloatArray, p: Platform, L2: float) -> float:
 def ranges(
     unit: FloatArray, box: FloatArray, layout: FloatArray, L: float, upu: float, state: FloatArray
 ) -> tuple[float, float, float]:
-    """Return the least disc_i / L^2 and the range of the sliders, m, at unit poses (n, 5)."""
-    reach, low, high = math.inf, math.inf, -math.inf
+    """Return the least disc_i / L^2 and the range of the sliders, m, at unit poses (n, 5).
+
+    Where the UPU limb can't turn as it must, the pose is as far out of reach as L.
+    """
+    reach, low, high, defined = math.inf, math.inf, -math.inf, True
     for first in range(0, unit.shape[0], BLOCK):
         place(unit, first, box, state)
         for w in range(BLOCK):
             p = block_platform(state, w, upu)
             a, b, c, d, e = limbs_at(layout, p, L)
-            reach = min(reach, least_excess(layout, p, L * L))
+            least = least_excess(layout, p, L * L)
+            defined &= p.cos_a > 0.0  # the UPU limb can turn so far
+            reach = min(reach, least)
             low = min(low, a.slider, b.slider, c.slider, d.slider, e.slider)
             high = max(high, a.slider, b.slider, c.slider, d.slider, e.slider)
-    return reach, low, high
+    return reach if defined else min(reach, -1.0), low, high
 
 
 @batch_kernel
