@@ -122,7 +122,7 @@ def squared_segment_distance(
     ux: float, uy: float, uz: float,
     vx: float, vy: float, vz: float,
 ) -> float:  # fmt: skip
-    """Return the squared distance of two segments along u and v, w from the start of v to that of u."""
+    """Return the squared distance of segments along u and v, w from the start of v to that of u."""
     uu, vv = dot3(ux, uy, uz, ux, uy, uz), dot3(vx, vy, vz, vx, vy, vz)
     uv = dot3(ux, uy, uz, vx, vy, vz)
     uw, vw = dot3(ux, uy, uz, wx, wy, wz), dot3(vx, vy, vz, wx, wy, wz)

@@ -1,4 +1,4 @@
-"""Least distances of centre lines at the nodes of the box: rods, other limbs' rails, the UPU limb."""
+"""Least distances of centre lines at the nodes: rods, other limbs' rails, the UPU limb."""
 
 from __future__ import annotations
 

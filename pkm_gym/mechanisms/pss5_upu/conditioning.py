@@ -58,50 +58,57 @@ def fill_systems(
 
 
 @kernel
-def fill_bounds(systems: FloatArray, gram: FloatArray, bounds: FloatArray) -> None:
-    """Fill ``bounds`` (64,) with what rcond of ``systems`` (6, 6, 64) isn't below.
-
-    (s6 / s1)^2 >= 1 / (|G| |G^-1|) in Frobenius norms, G the Gram matrix, ``gram`` (6, 6, 64)
-    scratch; at most a few per cent below it where s6 stands alone. 0 at a singular system.
-    """
-    norms, inverses = np.zeros(BLOCK), np.zeros(BLOCK)
+def fill_gram(systems: FloatArray, gram: FloatArray) -> None:
+    """Fill ``gram`` (6, 6, 64) with A A^T of ``systems`` A (6, 6, 64)."""
     for i in range(6):
         for j in range(6):
             gram[i, j] = 0.0
             for k in range(6):
                 for w in range(BLOCK):
                     gram[i, j, w] += systems[i, k, w] * systems[j, k, w]
-            for w in range(BLOCK):
-                norms[w] += gram[i, j, w] ** 2
-    for k in range(6):
-        sweep(gram, k)
+
+
+@kernel
+def squared_norms(matrices: FloatArray) -> FloatArray:
+    """Return the squared Frobenius norms (64,) of matrices (6, 6, 64)."""
+    norms = np.zeros(BLOCK)
     for i in range(6):
         for j in range(6):
             for w in range(BLOCK):
-                inverses[w] += gram[i, j, w] ** 2
+                norms[w] += matrices[i, j, w] ** 2
+    return norms
+
+
+@kernel
+def fill_bounds(systems: FloatArray, gram: FloatArray, bounds: FloatArray) -> None:
+    """Fill ``bounds`` (64,) with what rcond of ``systems`` (6, 6, 64) isn't below.
+
+    (s6 / s1)^2 >= 1 / (|G| |G^-1|) in Frobenius norms, G the Gram matrix, ``gram`` (6, 6, 64)
+    scratch: some 20 % below it. 0 at a singular system.
+    """
+    fill_gram(systems, gram)
+    norms = squared_norms(gram)
+    for k in range(6):
+        sweep(gram, k)
+    inverses = squared_norms(gram)
     for w in range(BLOCK):
         bound = 1.0 / math.sqrt(math.sqrt(norms[w] * inverses[w]))
-        bounds[w] = bound if bound > 0.0 else 0.0
+        bounds[w] = bound if bound > 0.0 else 0.0  # noqa: FURB136  # NaN at a singular system
 
 
 @kernel
 def sweep(gram: FloatArray, k: int) -> None:
     """Sweep column k of symmetric matrices (6, 6, 64): all six make -G^-1 of G."""
-    for w in range(BLOCK):
-        gram[k, k, w] = -1.0 / gram[k, k, w]
-    for i in range(6):
-        if i != k:
-            for w in range(BLOCK):
-                gram[i, k, w] *= -gram[k, k, w]
+    column = gram[:, k].copy()
     for i in range(6):
         for j in range(6):
-            if i != k and j != k:
-                for w in range(BLOCK):
-                    gram[i, j, w] -= gram[i, k, w] * gram[k, j, w]
-    for j in range(6):
-        if j != k:
             for w in range(BLOCK):
-                gram[k, j, w] = gram[j, k, w]
+                gram[i, j, w] -= column[i, w] * column[j, w] / column[k, w]
+    for i in range(6):
+        for w in range(BLOCK):
+            gram[i, k, w] = gram[k, i, w] = column[i, w] / column[k, w]
+    for w in range(BLOCK):
+        gram[k, k, w] = -1.0 / column[k, w]
 
 
 @kernel
@@ -157,9 +164,7 @@ def fill_rcond(
         least[i] = math.nan
         if found[i, REACH] > 0.0:
             systems = np.empty(((unit.shape[0] + BLOCK - 1) // BLOCK, 6, 6, BLOCK))
-            least[i] = least_rcond(
-                unit, boxes[i], layouts[i], lengths[i], radii[i], upu, systems
-            )
+            least[i] = least_rcond(unit, boxes[i], layouts[i], lengths[i], radii[i], upu, systems)
 
 
 @batch_kernel

@@ -202,7 +202,7 @@ def offset(doc: str, largest: float) -> object:
 
 
 class SkewDesign(NamedTuple):
-    """Shares, rails, height and the azimuths of joints, from 72 and 144 deg; 5 and 4 mirror 2, 3."""
+    """Shares, rails, height and azimuths of joints, from 72 and 144 deg; 5 and 4 mirror 2 and 3."""
 
     n2: Annotated[float, variable(0.9, 1.8, "", "R / n", step=0.1)]
     n3: Annotated[float, variable(0.5, 1.7, "", "L / n", step=0.1)]
@@ -212,7 +212,9 @@ class SkewDesign(NamedTuple):
             radians(5.0), radians(75.0), "rad", "inclination of the rails", step=radians(10.0)
         ),
     ]
-    lam0: Annotated[float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.1)]
+    lam0: Annotated[
+        float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.1)
+    ]
     a2: Annotated[float, offset("azimuth of the S joint 2 from 72 deg", 72.0)]
     a3: Annotated[float, offset("azimuth of the S joint 3 from 144 deg", 36.0)]
     b2: Annotated[float, offset("azimuth of the foot 2 from 72 deg", 72.0)]

@@ -34,7 +34,7 @@ Five = tuple[float, float, float, float, float]
 REACH, COSINE, LOW, HIGH = range(4)
 EXTREMES = 4
 # Then, where a layout must work: least K_eta, least determinant (m^2, its sign at the centre 1),
-# largest force of a slider per vertical load, least cosine of a rod to where it stands at the centre.
+# largest force of a slider per vertical load, least cosine of a rod to its line at the centre.
 ETA, DET, FORCE, SWING = range(4, 8)
 SKEW_EXTREMES = 8
 

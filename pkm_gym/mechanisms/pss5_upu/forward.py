@@ -88,7 +88,12 @@ def follow(
 
 @batch_kernel
 def forward_kinematics_batch(
-    joints: FloatArray, near: FloatArray, layout: FloatArray, L: float, upu: float, poses: FloatArray
+    joints: FloatArray,
+    near: FloatArray,
+    layout: FloatArray,
+    L: float,
+    upu: float,
+    poses: FloatArray,
 ) -> None:
     """Fill ``poses`` (n, 5) from sliders ``joints`` (n, 5), m, along paths from ``near`` (n, 5).
 

@@ -222,7 +222,7 @@ def negative(a: Five) -> Five:
 
 @formula
 def spin(p: Platform, rates: Five) -> tuple[float, float, float]:
-    """Return omega of the platform at rates: alpha' z + beta' (-sin alpha, cos alpha, 0) + gamma' u."""
+    """Return omega at rates: alpha' z + beta' (-sin alpha, cos alpha, 0) + gamma' u."""
     g, b = rates[3], rates[4]
     return (
         g * p.ux - b * p.sin_a,

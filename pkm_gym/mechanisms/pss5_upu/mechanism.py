@@ -166,7 +166,7 @@ class Pss5Upu(Mechanism):
         return self._at(twists_batch, pose, (6, LIMBS))
 
     def inverse_jacobian(self, pose: FloatArray) -> FloatArray:
-        """Return (..., 5, 6): slider rates = it @ (omega, v), of a twist that the UPU limb allows."""
+        """Return (..., 5, 6): slider rates = it @ (omega, v), of a twist that the limb allows."""
         return self._at(inverse_batch, pose, (LIMBS, 6))
 
     def rate_jacobian(self, pose: FloatArray) -> FloatArray:
@@ -242,7 +242,7 @@ class Pss5Upu(Mechanism):
         )
 
     def swings(self, pose: FloatArray) -> FloatArray:
-        """Return each rod's larger angle (..., 5), rad, from the box's centre, in base and platform."""
+        """Return each rod's angle (..., 5), rad, from the box's centre, in base or platform."""
         rods = self.limbs(pose)[..., 3:6]
         centre = self.limbs(self.in_box(np.zeros(5)))[..., 3:6]
         seen = np.einsum("...kj,...ik->...ij", self.rotation(pose), rods)

@@ -11,7 +11,6 @@ import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
-from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
@@ -32,7 +31,15 @@ from pkm_gym.mechanisms.pss5_upu.declared import (
     Pss5UpuOptions,
     Pss5UpuTask,
 )
-from pkm_gym.mechanisms.pss5_upu.extremes import COSINE, EXTREMES, HIGH, LOW, REACH, fill_ranges, nodes
+from pkm_gym.mechanisms.pss5_upu.extremes import (
+    COSINE,
+    EXTREMES,
+    HIGH,
+    LOW,
+    REACH,
+    fill_ranges,
+    nodes,
+)
 from pkm_gym.mechanisms.pss5_upu.indices import BOX, MEANS, POSE_WORK, fill_sums, unit_poses
 from pkm_gym.mechanisms.pss5_upu.kinematics import LIMBS, PER_LIMB, home_height, lay_out
 from pkm_gym.mechanisms.pss5_upu.mechanism import Pss5Upu

@@ -1,4 +1,4 @@
-"""The skew design problem of the 5-PSS/UPU, ours: a layout that works, without five-fold symmetry."""
+"""The skew design problem of the 5-PSS/UPU, ours: a layout that works."""
 
 from __future__ import annotations
 

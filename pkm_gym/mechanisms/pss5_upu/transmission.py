@@ -52,8 +52,8 @@ def local_indices(limbs: Limbs, p: Platform) -> Local:
     # least - least: 0, but NaN out of reach
     zero = least - least
     return (
-        zero if lost else K_v(j),
-        zero if lost else K_w(j),
+        zero if lost else dexterity_v(j),
+        zero if lost else dexterity_w(j),
         least,
         zero if lost else eta,
     )
@@ -99,8 +99,8 @@ def joint_speed2(limb: Limb, p: Platform, rates: Five) -> float:
 
 
 @formula
-def K_w(j: Rows) -> float:
-    """Return s2 / s1 of J_w, whose columns end the rows of ``j``: gamma', beta'."""
+def dexterity_w(j: Rows) -> float:
+    """Return K_w = s2 / s1 of J_w, whose columns end the rows of ``j``: gamma', beta'."""
     aa = j[0][3] ** 2 + j[1][3] ** 2 + j[2][3] ** 2 + j[3][3] ** 2 + j[4][3] ** 2
     bb = j[0][4] ** 2 + j[1][4] ** 2 + j[2][4] ** 2 + j[3][4] ** 2 + j[4][4] ** 2
     ab = (
@@ -124,8 +124,8 @@ def minor2(a: Five, b: Five) -> float:
 
 
 @formula
-def K_v(j: Rows) -> float:
-    """Return s3 / s1 of J_v, whose columns begin the rows of ``j``: vx, vy, vz."""
+def dexterity_v(j: Rows) -> float:
+    """Return K_v = s3 / s1 of J_v, whose columns begin the rows of ``j``: vx, vy, vz."""
     a, b, c, d, e = j
     gram = (
         a[0] * a[0] + b[0] * b[0] + c[0] * c[0] + d[0] * d[0] + e[0] * e[0],
