@@ -129,8 +129,8 @@ PSS5_UPU = Declaration(
     limits=Limits,
     constraints=CONSTRAINTS,
     objectives=(
-        Objective("gti", "maximise", worst=0.0),
-        Objective("F", "maximise", worst=0.0),
+        Objective("gti", "maximise", worst=0.0, scale=0.224),
+        Objective("F", "maximise", worst=0.0, scale=1.848),
     ),
     penalty_weight=5.0,
     environment="PSS5UPU",
@@ -276,16 +276,16 @@ PSS5_UPU_SKEW = Declaration(
         Limit("height", "upper", "height"),
     ),
     objectives=(
-        Objective("gti", "maximise", worst=0.0),
-        Objective("F", "maximise", worst=0.0),
-        Objective("lti_min", "maximise", worst=0.0),
+        Objective("gti", "maximise", worst=0.0, scale=0.831),
+        Objective("F", "maximise", worst=0.0, scale=3.361),
+        Objective("lti_min", "maximise", worst=0.0, scale=0.69),
     ),
     penalty_weight=5.0,
     reference="skew.toml",
     environment="PSS5UPUSkew",
     evaluations=24,
     starts=24,
-    splits={"train": 256, "val": 32, "test": 32, "ood": 32},
+    splits={},  # none are made yet
 )
 
 SKEW_TASK, SKEW_DESIGN = record(SkewTask), record(SkewDesign)

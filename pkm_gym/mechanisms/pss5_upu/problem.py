@@ -184,7 +184,6 @@ class BoxProblem(DesignProblem):
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
-        self.scale = self.reference.optima[self.objectives[0].name].value
         self._unit = unit_poses(SAMPLINGS[self.options.sampling])
         self._nodes = nodes()
         self._upu = 1.0 if self.options.yaw == "upu" else 0.0
