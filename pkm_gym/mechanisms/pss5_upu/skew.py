@@ -91,6 +91,12 @@ def azimuth(i: int, second: float, third: float) -> float:
 
 
 @kernel
+def turnable(second: float, third: float) -> bool:
+    """Return whether two offsets are angles within half a turn; NaN is none."""
+    return abs(second) < math.pi and abs(third) < math.pi
+
+
+@kernel
 def least_gap(second: float, third: float) -> float:
     """Return the least angle between two of five joints on a circle, rad."""
     turn, least = 2.0 * math.pi, math.inf
@@ -116,7 +122,7 @@ def measure_one(
     """Return one design's indices, own limit, and > 0 where its indices are undefined."""
     n1 = 3.0 - design.n2 - design.n3
     impossible = possible(n1, design.n2, design.n3, design.theta, design.lam0, task.n)
-    if not math.isfinite(design.a2 + design.a3 + design.b2 + design.b3):
+    if not (turnable(design.a2, design.a3) and turnable(design.b2, design.b3)):
         impossible = 1.0
     if impossible > 0.0:
         return SKEW_UNDEFINED, Limits(impossible), 0.0
@@ -209,6 +215,16 @@ class SkewProblem(BoxProblem):
             0.3 * n, designs, tasks, means, found, clearances, rcond, out.boxes, out.rails,
             out.radii, rows.table, rows.own, rows.unreached,
         )  # fmt: skip
+
+    def explain_dimensions(self, design: FloatArray) -> str:
+        """Say in words that a complete design makes no machine, and what is allowed."""
+        for variable, value in zip(self.all_variables[4:], design[4:], strict=True):
+            if not abs(value) < math.pi:
+                return (
+                    f"dimensions: {variable.name} = {np.degrees(value):.4g} deg makes no machine: "
+                    "it must lie between -180 and 180 deg"
+                )
+        return super().explain_dimensions(design)
 
     def _mechanism(self, design: FloatArray, task: SkewTask) -> Pss5Upu:
         n1, n2, n3 = (task.n * share for share in self.sizes(design).values())
