@@ -102,16 +102,20 @@ class Indices(NamedTuple):
     reach: Annotated[
         float, index("", "least of 1 - (distance from the rail over L)^2", reported=False)
     ]
+    share: Annotated[float, index("", "least of r, R and L over n", reported=False)]
+    platform: Annotated[float, index("", "radius of the platform over the base's", reported=False)]
 
 
 class Limits(NamedTuple):
     """The limit that the kernels fill themselves."""
 
-    dimensions: Annotated[float, own("shares of r, R, L and angles make a machine")]
+    dimensions: Annotated[float, own("lengths and angles make a machine")]
 
 
 CONSTRAINTS = (
     "dimensions",
+    Limit("share", "lower", LEAST_SHARE),
+    Limit("platform", "upper", 1.0),
     Limit("reach", "lower", 0.0),
     Limit("transmission", "lower", LEAST_COSINE),
     Limit("rail_start", "lower", 0.0),
@@ -254,6 +258,8 @@ class SkewIndices(NamedTuple):
     reach: Annotated[
         float, index("", "least of 1 - (distance from the rail over L)^2", reported=False)
     ]
+    share: Annotated[float, index("", "least of r, R and L over n", reported=False)]
+    platform: Annotated[float, index("", "radius of the platform over the base's", reported=False)]
 
 
 PSS5_UPU_SKEW = Declaration(

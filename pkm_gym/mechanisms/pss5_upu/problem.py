@@ -18,7 +18,6 @@ from pkm_gym.core.rows import Measured
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.declared import (
     DESIGN,
-    LEAST_SHARE,
     PSS5_UPU,
     RAIL_SHARE,
     SAMPLINGS,
@@ -64,12 +63,6 @@ class SetOut(NamedTuple):
         """Return room for n designs."""
         shapes = (n, BOX), (n, LIMBS * PER_LIMB), (n,), (n,), (n,)
         return cls(*(np.empty(shape) for shape in shapes))
-
-
-@kernel
-def shares_violation(n1: float, n2: float, n3: float) -> float:
-    """Return > 0 where shares are less than the least or r is larger than R."""
-    return max(LEAST_SHARE - min(n1, n2, n3), n1 - n2)
 
 
 @kernel
@@ -152,9 +145,10 @@ def measure_one(
         rail_start=found[LOW] / task.n,
         rail_end=found[HIGH] / rail,
         reach=found[REACH],
+        share=min(n1, design.n2, design.n3),
+        platform=n1 / design.n2,
     )
-    limits = Limits(dimensions=shares_violation(n1, design.n2, design.n3))
-    return indices, limits, unreached
+    return indices, Limits(dimensions=impossible), unreached
 
 
 @batch_kernel
@@ -222,14 +216,6 @@ class BoxProblem(DesignProblem):
         shares, named = self.sizes(design), super().sizes(design)
         if dimensions_violation(tuple(shares.values()), 1.0) > 0.0:
             return super().explain_dimensions(design)
-        for name, value in shares.items():
-            if value < LEAST_SHARE:
-                return f"dimensions: {name} is {value:.4g}; it must be at least {LEAST_SHARE:g}"
-        if shares["n1"] > shares["n2"]:
-            return (
-                f"dimensions: n1 is {shares['n1']:.4g}, more than n2 = {shares['n2']:.4g}: the "
-                "platform must not be larger than the base"
-            )
         return (
             f"dimensions: theta = {np.degrees(named['theta']):.4g} deg and lam0 = "
             f"{named['lam0']:.4g} make no machine: theta must lie between 0 and 90 deg, lam0 "

@@ -50,7 +50,6 @@ from pkm_gym.mechanisms.pss5_upu.problem import (
     SetOut,
     composite,
     possible,
-    shares_violation,
     unreached_by,
 )
 
@@ -155,9 +154,10 @@ def measure_one(
         rail_start=found[LOW] / task.n,
         rail_end=found[HIGH] / rail,
         reach=found[REACH],
+        share=min(n1, design.n2, design.n3),
+        platform=n1 / design.n2,
     )
-    limits = Limits(dimensions=shares_violation(n1, design.n2, design.n3))
-    return indices, limits, unreached
+    return indices, Limits(dimensions=impossible), unreached
 
 
 @batch_kernel

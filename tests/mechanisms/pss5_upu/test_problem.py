@@ -224,8 +224,8 @@ def test_out_of_reach_everything_is_undefined(name: str) -> None:
 @pytest.mark.parametrize(
     ("design", "words"),
     [
-        ([1.5, 1.45], "n1 is 0.05; it must be at least 0.1"),
-        ([0.9, 0.6], "more than n2 = 0.9: the platform must not be larger"),
+        ([1.5, 1.45], "share: the least of r, R and L over n is 0.05"),
+        ([0.9, 0.6], "platform: the radius of the platform over the base's is 1.667"),
         ([np.nan, 1.0], "n2 = nan"),
     ],
 )
