@@ -135,7 +135,7 @@ PSS5_UPU = Declaration(
     penalty_weight=5.0,
     environment="PSS5UPU",
     starts=8,
-    motion=None,
+    motion=None,  # singular at home: what moves is the skew layout
     splits={},  # two variables, and two limits that hold the optimum
     notes=(SINGULAR_AT_HOME,),
 )
@@ -212,7 +212,9 @@ class SkewDesign(NamedTuple):
             radians(5.0), radians(75.0), "rad", "inclination of the rails", step=radians(10.0)
         ),
     ]
-    lam0: Annotated[float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.1)]
+    lam0: Annotated[
+        float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.1)
+    ]
     a2: Annotated[float, offset("azimuth of the S joint 2 from 72 deg", 72.0)]
     a3: Annotated[float, offset("azimuth of the S joint 3 from 144 deg", 36.0)]
     b2: Annotated[float, offset("azimuth of the foot 2 from 72 deg", 72.0)]
@@ -281,6 +283,8 @@ PSS5_UPU_SKEW = Declaration(
     penalty_weight=5.0,
     reference="skew.toml",
     environment="PSS5UPUSkew",
+    motion={"frame_skip": 10},
+    motion_environment="PSS5UPU",
     evaluations=24,
     starts=24,
     splits={"train": 256, "val": 32, "test": 32, "ood": 32},
