@@ -18,7 +18,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.declared import LEAST_SHARE
 
 NAMES = ("K_v", "K_w", "K_lambda", "K_eta")
-LARGE: tuple[Direction, ...] = ("maximise",) * len(NAMES)
+LARGE: tuple[Direction, ...] = ("maximise", "maximise", "maximise", "maximise")
 ROOT = math.sqrt(3.0)
 CORNERS = ((ROOT, 0.0), (2.0 * ROOT, 0.0), (ROOT, 3.0))  # X, Y: r = R = 1.5 n, R = 3 n, L = 3 n
 STEP = (0.03, 0.05)  # of X and Y in our grid

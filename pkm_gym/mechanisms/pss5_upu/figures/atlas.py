@@ -60,7 +60,7 @@ def model(problem: DesignProblem) -> Figure:
         "$n_1 + n_2 + n_3 = 3$, $n_1 ≤ n_2$; dots: the sizes of Table 5; dark: what our problem "
         "searches",
     )
-    _draw_in_space(figure.add_axes((0.0, 0.0, 0.47, 0.88), projection="3d"))  # type: ignore[arg-type]
+    _draw_in_space(figure.add_axes((0.0, 0.0, 0.47, 0.88), projection="3d"))
     axes = plots.panel(figure, (0.55, 0.12, 0.43, 0.74), x=X_LABEL, y=Y_LABEL)
     axes.add_patch(Polygon(CORNERS, facecolor=plots.STYLE["rod"], alpha=0.25, zorder=1))
     _outline(axes)

@@ -36,7 +36,7 @@ def schematic(problem: DesignProblem) -> Figure:
         f"L {1e3 * made.L:.0f} mm, home {1e3 * made.z0:.1f} mm over the rails' feet",
     )
     axes = figure.add_axes((0.0, 0.0, 0.56, 0.93), projection="3d", computed_zorder=False)
-    _draw_in_space(axes, made)  # type: ignore[arg-type]
+    _draw_in_space(axes, made)
     above = plots.panel(figure, (0.63, 0.1, 0.36, 0.76), x="x (mm)", y="y (mm)", title="from above")
     _draw_above(above, made)
     return figure
@@ -207,11 +207,11 @@ def _draw_screws(axes: Axes, made: Pss5Upu, pose: FloatArray, plane: list[int]) 
         (ring, "platform", 2.0),
     ):  # fmt: skip
         axes.plot(*line[:, plane].T, color=plots.STYLE[color], linewidth=width, alpha=0.5)
-    for name, start, direction, color in (
+    for name, start, direction, number in (
         ("$e$, slider's velocity", slider, e, 1), ("$f$, force on the platform", joint, f, 0),
         ("$v$, velocity of $a_1$", joint, out / np.linalg.norm(out), 2),
     ):  # fmt: skip
-        tip, shade = start + 190.0 * direction, plots.STYLE["lines"][color]
+        tip, shade = start + 190.0 * direction, plots.STYLE["lines"][number]
         style = {"arrowstyle": "-|>", "color": shade, "linewidth": 2.0}
         axes.annotate("", tip[plane], start[plane], arrowprops=style, zorder=5)
         axes.plot([], [], color=shade, linewidth=2.0, label=name)
