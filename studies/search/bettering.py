@@ -51,8 +51,7 @@ def from_neighbours(
 def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -> Solutions:
     """Return solutions of tasks with what descents from evolved designs find better.
 
-    As many independent evolutions as the problem declares. Their merit may rank a slightly
-    infeasible design first: the descents end where every limit is kept.
+    As many independent evolutions as the problem declares.
     """
     ends, evaluations = [], 0
     count = problem.declared.evolutions

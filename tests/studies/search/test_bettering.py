@@ -52,7 +52,6 @@ def test_an_optimum_that_is_told_with_more_digits_stays_certified(
 
 
 def test_an_evolution_finds_a_basin_to_which_hardly_a_descent_leads() -> None:
-    """Of 400 descents one came there, and of four evolutions three."""
     problem, split = load_split("stroke_leg_gait", "test")
     task = split.tasks[17:18]
     solved = solve_tasks(problem, task, seed=0)
