@@ -23,7 +23,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import declaration
 
 FEW, MANY = 32, 256  # tasks of a Family
-DEAR = 10  # the same where each task takes descents from many starts
+DEAR = 8  # the same where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
 

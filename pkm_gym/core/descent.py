@@ -24,6 +24,7 @@ WORKING = 12  # pieces that a descent begins with, at least; as many join in an 
 EXCHANGES = 12
 ITERATIONS = 120
 CONVERGED = 1e-13
+GATHERED = 0.15  # a share of the range: how far a descent from a gathered start may go
 ROOM = 1e-10  # that is kept to every limit, for rounding
 
 Values = Callable[[FloatArray], FloatArray]
@@ -46,22 +47,27 @@ def descend(
     """
     n, d = len(tasks), len(problem.variables)
     found = Search(np.empty((n, d)), np.empty(n), np.empty(n, dtype=bool))
-    said = problem.declared
-    cheap = problem.with_task(None, **said.coarse) if said.coarse and near is None else None
+    coarse = problem.declared.coarse if near is None else {}
+    cheap = problem.with_task(None, **coarse) if coarse else None
+    count = 2**effort * problem.declared.starts
     for k, (task, own) in enumerate(zip(tasks, generator.spawn(n), strict=True)):
-        if near is None:
-            count = 2**effort * said.starts
-            if cheap is None:
-                starts = _starts(problem, task, own, count, found)
-            else:
-                starts, evaluations = gather(cheap, task, own, count, effort=effort)
-                found.evaluations += evaluations
-            low, high = problem.low, problem.high
+        if near is not None:
+            starts = near[k : k + 1]
+        elif cheap is not None:
+            starts, evaluations = gather(cheap, task, own, count, effort=effort)
+            found.evaluations += evaluations
         else:
-            starts, reach = near[k : k + 1], radius * (problem.high - problem.low)
-            low = np.maximum(problem.low, near[k] - reach)
-            high = np.minimum(problem.high, near[k] + reach)
-        ends = np.stack([_descent(problem, task, start, low, high, found) for start in starts])
+            starts = _starts(problem, task, own, count, found)
+        reach = (GATHERED if cheap else radius) * (problem.high - problem.low)
+        ends = np.stack(
+            [
+                _descent(
+                    problem, task, start, np.maximum(problem.low, start - reach),
+                    np.minimum(problem.high, start + reach), found,
+                )
+                for start in starts
+            ]
+        )  # fmt: skip
         _keep(problem, task, np.concatenate([ends, starts]), found, k)
     return found
 

@@ -20,18 +20,18 @@ def leg() -> DesignProblem:
     return pkm_gym.make_problem("stroke_leg_gait")
 
 
-def test_pieces_break_just_where_limits_do(leg: DesignProblem) -> None:
-    rng = np.random.default_rng(4)
-    designs = leg.low + (leg.high - leg.low) * rng.random((3000, len(leg.low)))
-    tasks = leg.draw_tasks(len(designs), rng)
-    evaluation, pieces = leg.evaluate(designs, tasks), leg.pieces(designs, tasks)
+@pytest.mark.parametrize(("name", "n"), [("stroke_leg_gait", 3000), ("pus6_layout", 300)])
+def test_pieces_break_just_where_limits_do(name: str, n: int) -> None:
+    problem, rng = pkm_gym.make_problem(name), np.random.default_rng(4)
+    designs = problem.low + (problem.high - problem.low) * rng.random((n, len(problem.low)))
+    tasks = problem.draw_tasks(n, rng)
+    evaluation, pieces = problem.evaluate(designs, tasks), problem.pieces(designs, tasks)
     assert np.isfinite(pieces).all()
     defined = evaluation.unreached <= 0.0
     assert ((pieces[:, 1:] <= TOLERANCE).all(axis=1) == evaluation.feasible)[defined].all()
     assert (pieces[~defined, 1:] > TOLERANCE).any(axis=1).all()
-    np.testing.assert_allclose(
-        pieces[defined, 0], np.log(evaluation.objectives[defined, 0]), rtol=1e-14
-    )
+    log = problem.objectives[0].sign * np.log(evaluation.objectives[defined, 0])
+    np.testing.assert_allclose(pieces[defined, 0], log, rtol=1e-14)
 
 
 def test_pieces_of_any_problem_are_its_objective_and_constraints(problem: DesignProblem) -> None:

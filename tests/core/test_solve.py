@@ -45,7 +45,7 @@ def test_random_designs_never_beat_an_optimum(
 def test_the_same_seed_gives_the_same_optima(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
-    one, other = (solve_tasks(family_problem, family.tasks[:3], seed=3) for _ in range(2))
+    one, other = (solve_tasks(family_problem, family.tasks[:2], seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
@@ -54,12 +54,13 @@ def test_the_same_seed_gives_the_same_optima(
 def test_another_seed_agrees_to_ten_digits(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
-    again = solve_tasks(family_problem, family.tasks[:12], seed=99)
-    both = again.certified & family.certified[:12] & again.solvable
+    few = slice(max(4, len(family.tasks) // 3))
+    again = solve_tasks(family_problem, family.tasks[few], seed=99)
+    both = again.certified & family.certified[few] & again.solvable
     assert both.sum() >= 0.9 * again.solvable.sum() > 0.0
-    np.testing.assert_array_equal(again.solvable, family.solvable[:12])
+    np.testing.assert_array_equal(again.solvable, family.solvable[few])
     np.testing.assert_allclose(
-        again.log_merit[both], family.log_merit[:12][both], rtol=0.0, atol=1e-10
+        again.log_merit[both], family.log_merit[few][both], rtol=0.0, atol=1e-10
     )
 
 

@@ -12,7 +12,7 @@ from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.mechanism import IndexMap, Mechanism
-from pkm_gym.core.merit import write
+from pkm_gym.core.merit import CAP, write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import Measured
@@ -46,10 +46,12 @@ from pkm_gym.mechanisms.pus6.kinematics import PER_LEG, lay_out
 from pkm_gym.mechanisms.pus6.lattice import averages
 from pkm_gym.mechanisms.pus6.limits import PER_NODE, node_extremes, nodes
 from pkm_gym.mechanisms.pus6.mechanism import Pus6, angles_violation, explain_angles
+from pkm_gym.mechanisms.pus6.smooth import OF_NODE, take_apart
 
 SINGULAR = 1e-9  # det G^-1 at home over R^3 below which there is no machine to move
 UNREACHED = 1e-9
 LENGTHS = ("L", "R", "r_B")
+ALONE = ("dimensions", "spacing")  # the limits that are no maximum over the nodes
 DESIGN_WORK = 25.0  # microseconds, of the limits
 TOGETHER = 2**17  # poses that are tabulated at a time
 
@@ -196,6 +198,20 @@ class Pus6Problem(DesignProblem):
             DESIGN_WORK * len(designs), designs, tasks, layouts, means, printed, self._nodes,
             rows.table, rows.own, rows.unreached,
         )  # fmt: skip
+
+    def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the log objective and the limits of each leg and pair of rods at each node."""
+        rows, full = super().pieces(designs, tasks), self.complete(designs)
+        n, nodes = len(full), len(self._nodes)
+        boxes, layouts = np.empty((n, 3)), np.empty((n, 6 * PER_LEG))
+        set_out(0.2 * n, full, tasks, boxes, layouts, np.empty(n), np.empty(n))
+        parts = np.empty((n, nodes, OF_NODE))
+        take_apart(0.5 * n * nodes, full, tasks, self._nodes, layouts, parts)
+        alone = rows[:, [0, *(1 + self.constraint_names.index(name) for name in ALONE)]]
+        apart = parts.reshape(n, -1)
+        undefined = ~np.isfinite(apart).all(axis=1) | (rows[:, 0] >= CAP)
+        apart[undefined] = rows[undefined, 1:].max(axis=1, keepdims=True)
+        return np.concatenate([alone, apart], axis=1)
 
     def _means(self, designs: FloatArray, tasks: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return layouts (n, 30) and means of the six indices (n, 6) of complete designs (n, 5)."""
