@@ -25,8 +25,10 @@ CHECK_EVERY = 10
 CROSSOVER = 0.9
 SCALE = (0.3, 0.8)
 
-# A gathered population has begun to agree: its best members stand in basins worth a descent.
-BEGUN = 0.05
+# A gathered population has begun to agree: its best members stand in basins worth a descent. It is
+# larger than one that is to end in the best of them, so that none is lost so early.
+BEGUN = 0.1
+CROWD = 28  # its members for each variable
 GATHERING = 60  # generations, at most
 APART = (0.2, 0.1, 0.05, 0.02, 0.0)  # shares of the range between starts, the widest that there are
 
@@ -88,7 +90,7 @@ def gather(
     The best of an evolution that has begun to agree, and the best that stand far from the others.
     """
     tasks, only = task[None], np.zeros(1, dtype=np.intp)
-    members = max(count, 2**effort * PER_VARIABLE * len(problem.variables))
+    members = max(count, 2**effort * CROWD * len(problem.variables))
     population = _start(problem, 1, members, generator, None, 1.0)
     found = Search(population[:, 0].copy(), np.full(1, np.inf), np.zeros(1, dtype=bool))
     merits = _measured(problem, tasks, population, only, found, 0.0)

@@ -53,10 +53,11 @@ def test_optima_lie_inside_every_limit_and_are_worth_what_is_said(shipped, split
 
 def test_other_seeds_find_the_same_optima(shipped):
     problem, pool = shipped
-    again = solve_tasks(problem, pool.tasks[:6], seed=987)
-    np.testing.assert_array_equal(again.solvable, pool.solvable[:6])
+    pool = pool.first(3 if problem.declared.starts else 6)
+    again = solve_tasks(problem, pool.tasks, seed=987)
+    np.testing.assert_array_equal(again.solvable, pool.solvable)
     kept = again.solvable
-    np.testing.assert_allclose(again.optima[kept], pool.optima[:6][kept], rtol=1e-9)
+    np.testing.assert_allclose(again.optima[kept], pool.optima[kept], rtol=1e-9)
 
 
 def test_no_other_optimiser_finds_better(shipped):
@@ -67,15 +68,16 @@ def test_no_other_optimiser_finds_better(shipped):
     def log_merit(designs):
         return problem.evaluate(np.ascontiguousarray(designs.T), task).log_merit
 
+    few = bool(problem.declared.coarse)  # where an evaluation is dear
     found = scipy.optimize.differential_evolution(
         log_merit,
         list(zip(problem.low, problem.high, strict=True)),
-        rng=3, popsize=30, maxiter=1200, tol=0.0, polish=False, vectorized=True,
-        updating="deferred",
+        rng=3, popsize=15 if few else 30, maxiter=100 if few else 1200, tol=0.0, polish=False,
+        vectorized=True, updating="deferred",
     )  # fmt: skip
     optimum = problem.evaluate(pool.designs[row][None], task).log_merit[0]
     # One search ends near, no more, where more than two must agree: a problem of many basins.
-    near = 1e-10 if problem.declared.searches == 2 else 1e-5
+    near = 1e-10 if problem.declared.searches == 2 and not few else 1e-5
     assert optimum - 1e-10 <= found.fun <= optimum + near
 
 
