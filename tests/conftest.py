@@ -23,7 +23,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import declaration
 
 FEW, MANY = 32, 256  # tasks of a Family
-DEAR = 8  # the same where each task takes descents from many starts
+DEAR = 4  # times as few where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
 
@@ -99,8 +99,7 @@ def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
 @pytest.fixture(scope="session")
 def solved(family_problem: DesignProblem) -> Solutions:
     """A few tasks of the problem's Family, solved."""
-    few = DEAR if family_problem.declared.starts else FEW
-    return solve_tasks(family_problem, family_problem.draw_tasks(few, np.random.default_rng(2010)))
+    return _solved(family_problem, FEW)
 
 
 @pytest.fixture(
@@ -111,11 +110,12 @@ def family(
     family_problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest
 ) -> Solutions:
     """Solved tasks of the problem's Family: a few, and many among the slow tests."""
-    if request.param == FEW:
-        return solved
-    return solve_tasks(
-        family_problem, family_problem.draw_tasks(request.param, np.random.default_rng(2010))
-    )
+    return solved if request.param == FEW else _solved(family_problem, request.param)
+
+
+def _solved(problem: DesignProblem, n: int) -> Solutions:
+    n = n // DEAR if problem.declared.starts else n
+    return solve_tasks(problem, problem.draw_tasks(n, np.random.default_rng(2010)))
 
 
 @pytest.fixture(scope="session")

@@ -54,7 +54,7 @@ def test_the_same_seed_gives_the_same_optima(
 def test_another_seed_agrees_to_ten_digits(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
-    few = slice(max(4, len(family.tasks) // 3))
+    few = slice(4 if family_problem.declared.starts else 12)
     again = solve_tasks(family_problem, family.tasks[few], seed=99)
     both = again.certified & family.certified[few] & again.solvable
     assert both.sum() >= 0.9 * again.solvable.sum() > 0.0
