@@ -139,7 +139,7 @@ PSS5_UPU = Declaration(
     penalty_weight=5.0,
     environment="PSS5UPU",
     starts=8,
-    motion=None,
+    motion=None,  # singular at home: what moves is the skew layout
     splits={},  # two variables, and two limits that hold the optimum
     notes=(SINGULAR_AT_HOME,),
 )
@@ -289,6 +289,8 @@ PSS5_UPU_SKEW = Declaration(
     penalty_weight=5.0,
     reference="skew.toml",
     environment="PSS5UPUSkew",
+    motion={"frame_skip": 10},
+    motion_environment="PSS5UPU",
     evaluations=24,
     starts=24,
     splits={},  # none are made yet

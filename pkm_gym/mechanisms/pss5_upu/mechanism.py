@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -110,6 +110,10 @@ class Pss5Upu(Mechanism):
 
     def _at(self, kernel: BatchKernel, pose: FloatArray, shape: tuple[int, ...]) -> FloatArray:
         return self._batch(kernel, pose, shape, self.layout, self.L, self.upu)
+
+    def real(self) -> Pss5Upu:
+        """Return the machine with the yaw that its UPU limb gives: alpha = 0 can't be built."""
+        return replace(self, upu=1.0)
 
     # Positions ------------------------------------------------------------------------------------
 
