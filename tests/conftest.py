@@ -23,6 +23,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import declaration
 
 FEW, MANY = 32, 256  # tasks of a Family
+DEAR = 10  # the same where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
 
@@ -98,10 +99,14 @@ def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
 @pytest.fixture(scope="session")
 def solved(family_problem: DesignProblem) -> Solutions:
     """A few tasks of the problem's Family, solved."""
-    return solve_tasks(family_problem, family_problem.draw_tasks(FEW, np.random.default_rng(2010)))
+    few = DEAR if family_problem.declared.starts else FEW
+    return solve_tasks(family_problem, family_problem.draw_tasks(few, np.random.default_rng(2010)))
 
 
-@pytest.fixture(scope="session", params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="session",
+    params=[pytest.param(FEW, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.slow)],
+)
 def family(
     family_problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest
 ) -> Solutions:

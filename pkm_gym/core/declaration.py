@@ -82,6 +82,8 @@ class Declaration:
             its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified.
         starts: from how many of them each search descends; 0: differential evolution searches.
+        coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
+            where they are drawn.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
@@ -112,6 +114,7 @@ class Declaration:
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     starts: int = 0
+    coarse: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
     evolutions: int = 0
     thorough: int = 0
@@ -207,8 +210,8 @@ class Declaration:
             known = (*SPACE, *(item.name for item in self.options.table()))
             check_known("argument", self.family, known)
             Space.chosen(self.variables, {}, **spaces)
-            if options:
-                self.options.of(options)
+            for some in (options, self.coarse):
+                self.options.of(some)
             kept = json.loads(json.dumps(dict(self.family)))
         except (TypeError, ValueError) as error:
             raise TypeError(f"{self.name}: its Family can't be made: {error}") from None

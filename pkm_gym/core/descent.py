@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pkm_gym.core.evolution import INSIDE, Search
+from pkm_gym.core.evolution import INSIDE, Search, gather
 from pkm_gym.core.merit import TOLERANCE
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -40,14 +40,22 @@ def descend(
 ) -> Search:
     """Descend from as many starts a task as the problem declares, twice as many each ``effort``.
 
+    Drawn, or gathered by an evolution on the cheaper problem that its ``coarse`` options make.
     From the designs ``near`` (n, d), one a task, if they are given; ``radius`` (a share of the
     range) is then how far a descent may go.
     """
     n, d = len(tasks), len(problem.variables)
     found = Search(np.empty((n, d)), np.empty(n), np.empty(n, dtype=bool))
+    said = problem.declared
+    cheap = problem.with_task(None, **said.coarse) if said.coarse and near is None else None
     for k, (task, own) in enumerate(zip(tasks, generator.spawn(n), strict=True)):
         if near is None:
-            starts = _starts(problem, task, own, 2**effort * problem.declared.starts, found)
+            count = 2**effort * said.starts
+            if cheap is None:
+                starts = _starts(problem, task, own, count, found)
+            else:
+                starts, evaluations = gather(cheap, task, own, count, effort=effort)
+                found.evaluations += evaluations
             low, high = problem.low, problem.high
         else:
             starts, reach = near[k : k + 1], radius * (problem.high - problem.low)

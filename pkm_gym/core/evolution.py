@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -23,6 +24,11 @@ CONVERGED = 1e-12
 CHECK_EVERY = 10
 CROSSOVER = 0.9
 SCALE = (0.3, 0.8)
+
+# A gathered population has begun to agree: its best members stand in basins worth a descent.
+BEGUN = 0.05
+GATHERING = 60  # generations, at most
+APART = (0.2, 0.1, 0.05, 0.02, 0.0)  # shares of the range between starts, the widest that there are
 
 
 @dataclass
@@ -57,11 +63,9 @@ def evolve(
     merits = _measured(problem, tasks, population, np.arange(n), found, extra)
     running = np.arange(n)
     for generation in range(1, GENERATIONS + 1):
-        trial = _trial(problem, population, merits, generator)
-        trial_merits = _measured(problem, tasks[running], trial, running, found, extra)
-        better = trial_merits <= merits
-        population = np.where(better[..., None], trial, population)
-        merits = np.where(better, trial_merits, merits)
+        population, merits = _succeeded(
+            problem, tasks[running], population, merits, running, found, extra, generator
+        )
         if generation % CHECK_EVERY == 0:
             spread = merits.max(axis=1) - merits.min(axis=1)
             kept = spread > CONVERGED
@@ -69,6 +73,47 @@ def evolve(
             if len(running) == 0:
                 break
     return found
+
+
+def gather(
+    problem: DesignProblem,
+    task: FloatArray,
+    generator: np.random.Generator,
+    count: int,
+    *,
+    effort: int = 0,
+) -> tuple[FloatArray, int]:
+    """Return starts (count, d) of descents for a task (m,), and how many designs that evaluated.
+
+    The best of an evolution that has begun to agree, and the best that stand far from the others.
+    """
+    tasks, only = task[None], np.zeros(1, dtype=np.intp)
+    members = max(count, 2**effort * PER_VARIABLE * len(problem.variables))
+    population = _start(problem, 1, members, generator, None, 1.0)
+    found = Search(population[:, 0].copy(), np.full(1, np.inf), np.zeros(1, dtype=bool))
+    merits = _measured(problem, tasks, population, only, found, 0.0)
+    for _ in range(GATHERING):
+        if merits.max() - merits.min() < BEGUN:
+            break
+        population, merits = _succeeded(
+            problem, tasks, population, merits, only, found, 0.0, generator
+        )
+    return _apart(problem, population[0], merits[0], count), found.evaluations
+
+
+def _apart(
+    problem: DesignProblem, designs: FloatArray, merits: FloatArray, count: int
+) -> FloatArray:
+    """Return the best of designs (n, d), then the next best (count, d) that stand apart."""
+    unit = (designs - problem.low) / (problem.high - problem.low)
+    order = np.argsort(merits)
+    kept = [int(order[0])]
+    for apart in APART:
+        for k in map(int, order):
+            far = np.abs(unit[kept] - unit[k]).max(axis=1).min() >= apart
+            if far and k not in kept and len(kept) < count:
+                kept.append(k)
+    return np.asarray(designs[kept])
 
 
 def _start(
@@ -86,6 +131,26 @@ def _start(
     offsets = radius * span * generator.uniform(-1.0, 1.0, shape)
     offsets[:, 0] = 0.0
     return np.clip(near[:, None, :] + offsets, problem.low, problem.high)
+
+
+def _succeeded(
+    problem: DesignProblem,
+    tasks: FloatArray,
+    population: FloatArray,
+    merits: FloatArray,
+    running: npt.NDArray[np.intp],
+    found: Search,
+    extra: float,
+    generator: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the next generation (n, members, d) of the running tasks, and its log merits."""
+    trial = _trial(problem, population, merits, generator)
+    trial_merits = _measured(problem, tasks, trial, running, found, extra)
+    better = trial_merits <= merits
+    return (
+        np.where(better[..., None], trial, population),
+        np.where(better, trial_merits, merits),
+    )
 
 
 def _trial(
@@ -110,7 +175,7 @@ def _measured(
     problem: DesignProblem,
     tasks: FloatArray,
     population: FloatArray,
-    running: np.ndarray[tuple[int], np.dtype[np.intp]],
+    running: npt.NDArray[np.intp],
     found: Search,
     extra: float,
 ) -> FloatArray:

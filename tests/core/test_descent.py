@@ -9,6 +9,7 @@ import pytest
 
 import pkm_gym
 from pkm_gym.core.descent import descend
+from pkm_gym.core.evolution import evolve, gather
 from pkm_gym.core.merit import TOLERANCE
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import polish, solve_tasks
@@ -68,3 +69,28 @@ def test_a_polish_stays_near_and_is_never_worse(leg: DesignProblem) -> None:
     before, after = leg.evaluate(start[None]), leg.evaluate(found)
     assert after.feasible[0]
     assert not before.feasible[0] or after.objectives[0, 0] <= before.objectives[0, 0]
+
+
+def test_gathered_starts_stand_apart_the_best_one_first() -> None:
+    screws = pkm_gym.make_problem("pus6", sampling="coarse")
+    task = screws.draw_tasks(1, np.random.default_rng(3))
+    starts, evaluations = gather(screws, task[0], np.random.default_rng(1), 6)
+    assert evaluations > len(starts) == 6
+    assert ((starts >= screws.low) & (starts <= screws.high)).all()
+    merits = screws.evaluate(starts, np.repeat(task, 6, axis=0)).log_merit
+    best = evolve(screws, task, np.random.default_rng(2)).log_merit[0]
+    assert merits[0] == merits.min() < best + 0.1
+    unit = (starts - screws.low) / (screws.high - screws.low)
+    distances = np.abs(unit[:, None] - unit).max(axis=-1)[np.triu_indices(6, 1)]
+    assert distances.min() > 0.0
+    assert distances[0] == np.abs(unit[1] - unit[0]).max() >= 0.05
+
+
+def test_descents_from_gathered_starts_find_what_evolution_finds() -> None:
+    screws = pkm_gym.make_problem("pus6")
+    assert screws.declared.coarse
+    tasks = screws.draw_tasks(2, np.random.default_rng(3))
+    found = descend(screws, tasks, np.random.default_rng(0))
+    wanted = evolve(screws, tasks, np.random.default_rng(0))
+    assert found.evaluations < 0.5 * wanted.evaluations
+    np.testing.assert_allclose(found.log_merit, wanted.log_merit, rtol=0.0, atol=1e-8)

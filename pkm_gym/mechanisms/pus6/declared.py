@@ -180,6 +180,7 @@ PUS6 = Declaration(
     objectives=OBJECTIVES,
     penalty_weight=5.0,
     starts=8,
+    coarse={"sampling": "coarse"},
     motion={"frame_skip": 20},
     splits={},  # two variables, and mostly one limit that holds an optimum back
 )
@@ -241,5 +242,6 @@ PUS6_LAYOUT = Declaration(
     reference="layout.toml",
     evaluations=24,
     starts=8,
+    coarse={"sampling": "coarse"},
     splits={"train": 512, "val": 64, "test": 64, "ood": 64},
 )

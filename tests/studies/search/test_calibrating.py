@@ -11,6 +11,7 @@ import pytest
 import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
 from pkm_gym.studies.search.polish import verified_optimum
 from pkm_gym.studies.verbs.calibrate import keep
@@ -28,7 +29,7 @@ def far_and_near(problem: DesignProblem, n: int) -> FloatArray:
 
 @pytest.mark.parametrize("name", pkm_gym.problems())
 def test_what_is_declared_is_what_is_measured(name: str) -> None:
-    problem = pkm_gym.make_problem(name)
+    problem = pkm_gym.make_problem(name, **declaration(name).coarse)
     declared = problem.objectives[0]
     measured = calibrate(problem, 6, seed=1)
     assert measured.objective == declared.name
