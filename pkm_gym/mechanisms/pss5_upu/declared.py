@@ -292,7 +292,8 @@ PSS5_UPU_SKEW = Declaration(
     motion={"frame_skip": 10},
     motion_environment="PSS5UPU",
     evaluations=24,
-    starts=24,
+    starts=8,
+    coarse={"sampling": "coarse"},
     splits={},  # none are made yet
 )
 

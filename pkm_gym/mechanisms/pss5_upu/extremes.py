@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
-from pkm_gym.core.linalg import dot3
+from pkm_gym.core.linalg import cross3, dot3
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.indices import BLOCK, STATE, place
 from pkm_gym.mechanisms.pss5_upu.kinematics import (
@@ -119,21 +119,26 @@ def vertical(limb: Limb, motion: Five, det: float) -> float:
 
 
 @formula
-def swing_cosine(limb: Limb, centre: Limb, p: Platform) -> float:
-    """Return the lesser cosine of a rod to where it stands at the centre, in base and platform."""
-    vx, vy, vz = (
-        p.uy * p.wz - p.uz * p.wy,
-        p.uz * p.wx - p.ux * p.wz,
-        p.ux * p.wy - p.uy * p.wx,
-    )
+def swing_in_base(limb: Limb, centre: Limb) -> float:
+    """Return the cosine of a rod to where it stands at the centre, seen from the base."""
+    return dot3(limb.fx, limb.fy, limb.fz, centre.fx, centre.fy, centre.fz)
+
+
+@formula
+def swing_in_platform(limb: Limb, centre: Limb, p: Platform) -> float:
+    """Return the cosine of a rod to where it stands at the centre, seen from the platform."""
+    vx, vy, vz = cross3(p.ux, p.uy, p.uz, p.wx, p.wy, p.wz)
     fx, fy, fz = limb.fx, limb.fy, limb.fz
-    return min(
-        dot3(fx, fy, fz, centre.fx, centre.fy, centre.fz),
-        dot3(
-            dot3(fx, fy, fz, p.ux, p.uy, p.uz), dot3(fx, fy, fz, p.wx, p.wy, p.wz),
-            dot3(fx, fy, fz, vx, vy, vz), centre.fx, centre.fy, centre.fz,
-        ),
+    return dot3(
+        dot3(fx, fy, fz, p.ux, p.uy, p.uz), dot3(fx, fy, fz, p.wx, p.wy, p.wz),
+        dot3(fx, fy, fz, vx, vy, vz), centre.fx, centre.fy, centre.fz,
     )  # fmt: skip
+
+
+@formula
+def swing_cosine(limb: Limb, centre: Limb, p: Platform) -> float:
+    """Return the lesser of both."""
+    return min(swing_in_base(limb, centre), swing_in_platform(limb, centre, p))
 
 
 @formula

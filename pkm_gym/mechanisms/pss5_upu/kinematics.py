@@ -85,6 +85,25 @@ def lay_out(
 
 
 @kernel
+def azimuth(i: int, second: float, third: float) -> float:
+    """Return the azimuth of the joint of limb i, rad."""
+    of = min(i, LIMBS - i)
+    angle = FIFTH * of + (second if of == 1 else third if of == 2 else 0.0)
+    return angle if i <= 2 else -angle
+
+
+@kernel
+def least_gap(second: float, third: float) -> float:
+    """Return the least angle between two of five joints on a circle, rad."""
+    turn, least = 2.0 * math.pi, math.inf
+    for i in range(LIMBS):
+        for j in range(i):
+            apart = azimuth(i, second, third) - azimuth(j, second, third)
+            least = min(least, abs(apart - turn * round(apart / turn)))
+    return least
+
+
+@kernel
 def home_height(r: float, R: float, L: float, theta: float, lam0: float) -> float:
     """Return z at home, m, where each rod has the cosine lam0 to its rail in the paper's layout."""
     rise = (R - r) * math.tan(theta)

@@ -19,6 +19,7 @@ from pkm_gym.mechanisms.pss5_upu.declared import (
     SKEW_DESIGN,
     SKEW_TASK,
     SKEW_UNDEFINED,
+    WEIGHTS,
     Limits,
     SkewDesign,
     SkewIndices,
@@ -37,7 +38,7 @@ from pkm_gym.mechanisms.pss5_upu.extremes import (
     SWING,
     fill_quality,
 )
-from pkm_gym.mechanisms.pss5_upu.kinematics import FIFTH, LIMBS, home_height, lay_out
+from pkm_gym.mechanisms.pss5_upu.kinematics import home_height, lay_out, least_gap
 from pkm_gym.mechanisms.pss5_upu.mechanism import Pss5Upu
 from pkm_gym.mechanisms.pss5_upu.problem import (
     GTI,
@@ -52,8 +53,10 @@ from pkm_gym.mechanisms.pss5_upu.problem import (
     possible,
     unreached_by,
 )
+from pkm_gym.mechanisms.pss5_upu.smooth import columns, take_apart
 
-QUALITY_WORK, CLEARANCE_WORK, RCOND_WORK = 40.0, 110.0, 150.0  # microseconds of a design
+# Microseconds of a design.
+QUALITY_WORK, CLEARANCE_WORK, RCOND_WORK, PIECES_WORK = 40.0, 110.0, 150.0, 300.0
 
 
 @batch_kernel
@@ -82,28 +85,9 @@ def set_out(
 
 
 @kernel
-def azimuth(i: int, second: float, third: float) -> float:
-    """Return the azimuth of the joint of limb i, rad."""
-    of = min(i, LIMBS - i)
-    angle = FIFTH * of + (second if of == 1 else third if of == 2 else 0.0)
-    return angle if i <= 2 else -angle
-
-
-@kernel
 def turnable(second: float, third: float) -> bool:
     """Return whether two offsets are angles within half a turn; NaN is none."""
     return abs(second) < math.pi and abs(third) < math.pi
-
-
-@kernel
-def least_gap(second: float, third: float) -> float:
-    """Return the least angle between two of five joints on a circle, rad."""
-    turn, least = 2.0 * math.pi, math.inf
-    for i in range(LIMBS):
-        for j in range(i):
-            apart = azimuth(i, second, third) - azimuth(j, second, third)
-            least = min(least, abs(apart - turn * round(apart / turn)))
-    return least
 
 
 @kernel
@@ -215,6 +199,28 @@ class SkewProblem(BoxProblem):
             0.3 * n, designs, tasks, means, found, clearances, rcond, out.boxes, out.rails,
             out.radii, rows.table, rows.own, rows.unreached,
         )  # fmt: skip
+
+    def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the log objective and the limits node by node and limb by limb."""
+        full = np.ascontiguousarray(self.complete(designs))
+        n, out = len(full), self._set_out(full, tasks)
+        means, found = self._means(out), self._ranges(out, SKEW_EXTREMES)
+        at_nodes = self._nodes, out.boxes, out.layouts, out.lengths
+        rcond, rows = np.empty(n), np.empty((n, columns(len(self._nodes))))
+        fill_rcond(RCOND_WORK * n, *at_nodes, out.radii, self._upu, found, rcond)
+        name = self.objectives[0].name
+        if name == "lti_min":
+            fill_quality(QUALITY_WORK * n, *at_nodes, self._upu, found)
+        values = {
+            "gti": means[:, GTI],
+            "F": means[:, : len(WEIGHTS)] @ WEIGHTS,
+            "lti_min": np.minimum(found[:, COSINE], found[:, ETA]),
+        }[name]
+        take_apart(
+            PIECES_WORK * n, full, tasks, *at_nodes, out.rails, out.radii, self._upu,
+            np.ascontiguousarray(values), means, found, rcond, rows,
+        )  # fmt: skip
+        return rows
 
     def explain_dimensions(self, design: FloatArray) -> str:
         """Say in words that a complete design makes no machine, and what is allowed."""
