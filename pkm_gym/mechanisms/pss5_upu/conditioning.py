@@ -119,12 +119,14 @@ def least_rcond(
     L: float,
     r: float,
     upu: float,
+    enough: float,
     systems: FloatArray,
 ) -> float:
     """Return the least rcond at unit poses (n, 5) within reach; ``systems`` (n / 64, 6, 6, 64).
 
-    The eigenvalues of Gram matrices are computed where the bound is the least, then wherever it is
-    less than what was found; singular values, exact near 0 as well, of the worst.
+    Its bound, which is smooth, where that is ``enough``. Else the eigenvalues of Gram matrices are
+    computed where the bound is the least, then wherever it is less than what was found; singular
+    values, exact near 0 as well, of the worst.
     """
     state, gram = np.empty(STATE * BLOCK), np.empty((6, 6, BLOCK))
     bounds = np.empty(systems.shape[0] * BLOCK)
@@ -132,8 +134,11 @@ def least_rcond(
         place(unit, block * BLOCK, box, state)
         fill_systems(state, layout, L, r, upu, systems[block])
         fill_bounds(systems[block], gram, bounds[block * BLOCK : (block + 1) * BLOCK])
+    bounds = bounds[: unit.shape[0]]
+    if bounds.min() > enough:
+        return bounds.min()
     squared, worst = math.inf, np.int64(0)
-    for at in np.argsort(bounds[: unit.shape[0]]):
+    for at in np.argsort(bounds):
         if not bounds[at] ** 2 < squared:
             break
         system = np.ascontiguousarray(systems[at // BLOCK, :, :, at % BLOCK])
@@ -153,18 +158,22 @@ def fill_rcond(
     lengths: FloatArray,
     radii: FloatArray,
     upu: float,
+    enough: float,
     found: FloatArray,
     least: FloatArray,
 ) -> None:
     """Fill ``least`` (n,) with the least rcond at unit poses (k, 5), NaN out of reach.
 
-    ``radii`` (n,) are r, m, ``found`` (n, 4 or more) see ``fill_ranges``.
+    ``radii`` (n,) are r, m, ``found`` (n, 4 or more) see ``fill_ranges``, ``enough``
+    ``least_rcond``.
     """
     for i in numba.prange(boxes.shape[0]):
         least[i] = math.nan
         if found[i, REACH] > 0.0:
             systems = np.empty(((unit.shape[0] + BLOCK - 1) // BLOCK, 6, 6, BLOCK))
-            least[i] = least_rcond(unit, boxes[i], layouts[i], lengths[i], radii[i], upu, systems)
+            least[i] = least_rcond(
+                unit, boxes[i], layouts[i], lengths[i], radii[i], upu, enough, systems
+            )
 
 
 @batch_kernel

@@ -93,13 +93,20 @@ def azimuth(i: int, second: float, third: float) -> float:
 
 
 @kernel
+def gap(i: int, j: int, second: float, third: float) -> float:
+    """Return the angle between the joints of the limbs i and j on their circle, rad."""
+    turn = 2.0 * math.pi
+    apart = azimuth(i, second, third) - azimuth(j, second, third)
+    return abs(apart - turn * round(apart / turn))
+
+
+@kernel
 def least_gap(second: float, third: float) -> float:
     """Return the least angle between two of five joints on a circle, rad."""
-    turn, least = 2.0 * math.pi, math.inf
+    least = math.inf
     for i in range(LIMBS):
         for j in range(i):
-            apart = azimuth(i, second, third) - azimuth(j, second, third)
-            least = min(least, abs(apart - turn * round(apart / turn)))
+            least = min(least, gap(i, j, second, third))
     return least
 
 

@@ -14,6 +14,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.clearances import ROD_RAIL, ROD_ROD, ROD_UPU, fill_clearances
 from pkm_gym.mechanisms.pss5_upu.conditioning import fill_rcond
 from pkm_gym.mechanisms.pss5_upu.declared import (
+    LEAST_RCOND,
     PSS5_UPU_SKEW,
     RAIL_SHARE,
     SKEW_DESIGN,
@@ -55,6 +56,7 @@ from pkm_gym.mechanisms.pss5_upu.problem import (
 )
 from pkm_gym.mechanisms.pss5_upu.smooth import columns, take_apart
 
+ENOUGH = 10.0 * LEAST_RCOND  # of a condition that holds no optimum
 # Microseconds of a design.
 QUALITY_WORK, CLEARANCE_WORK, RCOND_WORK, PIECES_WORK = 40.0, 110.0, 150.0, 300.0
 
@@ -194,7 +196,7 @@ class SkewProblem(BoxProblem):
         at_nodes = self._nodes, out.boxes, out.layouts, out.lengths
         fill_quality(QUALITY_WORK * n, *at_nodes, self._upu, found)
         fill_clearances(CLEARANCE_WORK * n, *at_nodes, out.rails, self._upu, found, clearances)
-        fill_rcond(RCOND_WORK * n, *at_nodes, out.radii, self._upu, found, rcond)
+        fill_rcond(RCOND_WORK * n, *at_nodes, out.radii, self._upu, math.inf, found, rcond)
         measure(
             0.3 * n, designs, tasks, means, found, clearances, rcond, out.boxes, out.rails,
             out.radii, rows.table, rows.own, rows.unreached,
@@ -207,7 +209,7 @@ class SkewProblem(BoxProblem):
         means, found = self._means(out), self._ranges(out, SKEW_EXTREMES)
         at_nodes = self._nodes, out.boxes, out.layouts, out.lengths
         rcond, rows = np.empty(n), np.empty((n, columns(len(self._nodes))))
-        fill_rcond(RCOND_WORK * n, *at_nodes, out.radii, self._upu, found, rcond)
+        fill_rcond(RCOND_WORK * n, *at_nodes, out.radii, self._upu, ENOUGH, found, rcond)
         name = self.objectives[0].name
         if name == "lti_min":
             fill_quality(QUALITY_WORK * n, *at_nodes, self._upu, found)

@@ -40,7 +40,7 @@ from pkm_gym.mechanisms.pss5_upu.indices import (
 from pkm_gym.mechanisms.pss5_upu.kinematics import (
     LIMBS,
     Limbs,
-    least_gap,
+    gap,
     limbs_at,
     motions,
     platform,
@@ -54,7 +54,8 @@ from pkm_gym.mechanisms.pss5_upu.problem import possible, unreached_by
 COSINE, SLIDER, FORCE, BASE, PLATFORM = range(5)
 OF_LIMB = 6  # limits of a limb: the slider has two
 OF_NODE = 4 + LIMBS * OF_LIMB
-ALONE = 5  # limits that are no extreme over nodes, and the condition
+PAIRS = LIMBS * (LIMBS - 1) // 2
+ALONE = 4 + 2 * PAIRS  # limits of no node, and the condition
 UNDEFINED = 10.0  # what counts as the log objective there
 TINY, HUGE = 1e-300, 1e300  # that a logarithm is taken of
 
@@ -116,14 +117,18 @@ def fill_limb(row: FloatArray, limb: FloatArray, w: int, task: SkewTask, rail: f
 def fill_alone(
     row: FloatArray, design: SkewDesign, task: SkewTask, height: float, rcond: float
 ) -> None:
-    """Fill a row (5,) with by how much the limits are broken that are none of a node's."""
+    """Fill a row (24,) with by how much the limits are broken that are none of a node's."""
     n1 = 3.0 - design.n2 - design.n3
-    gap = min(least_gap(design.a2, design.a3), least_gap(design.b2, design.b3))
     row[0] = LEAST_SHARE - min(n1, design.n2, design.n3)
     row[1] = n1 / design.n2 - 1.0
-    row[2] = task.gap - gap
-    row[3] = height / task.n - task.height
-    row[4] = 1.0 - rcond / LEAST_RCOND
+    row[2] = height / task.n - task.height
+    row[3] = 1.0 - rcond / LEAST_RCOND
+    at = 4
+    for i in range(LIMBS):
+        for j in range(i):
+            row[at] = task.gap - gap(i, j, design.a2, design.a3)
+            row[at + PAIRS] = task.gap - gap(i, j, design.b2, design.b3)
+            at += 1
 
 
 @kernel
