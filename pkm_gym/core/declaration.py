@@ -80,7 +80,8 @@ class Declaration:
         motion_environment: the part of its id that names the machine; ``environment`` if not given.
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
-        searches: how many searches of a task must agree before its optimum is certified.
+        searches: how many searches of a task must agree before its optimum is certified; 1 where
+            there are so many basins that it takes more than that: what is found is the best known.
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.

@@ -113,7 +113,7 @@ def test_nodes(benchmark: Any, machine: Pss5Upu) -> None:
 
 def test_rcond(benchmark: Any, machine: Pss5Upu) -> None:
     at = nodes(), box(machine), machine.layout[None], np.array([machine.L])
-    arguments = *at, np.array([machine.r]), 1.0, np.ones((1, SKEW_EXTREMES)), np.empty(1)
+    arguments = *at, np.array([machine.r]), 1.0, np.inf, np.ones((1, SKEW_EXTREMES)), np.empty(1)
     row = "pss5_upu_skew: least rcond of the 135 nodes, one core"
     timed(benchmark, row, 135, fill_rcond.serial, *arguments)
 

@@ -11,9 +11,14 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, polish, solve_tasks
 
 
-def test_almost_every_task_of_the_family_is_solvable_and_certified(family: Solutions) -> None:
+def test_almost_every_task_of_the_family_is_solvable_and_certified(
+    family_problem: DesignProblem, family: Solutions
+) -> None:
     assert family.solvable.mean() >= 0.9
-    assert family.certified.mean() >= 0.99
+    if family_problem.declared.searches > 1:
+        assert family.certified.mean() >= 0.99
+    else:  # one search of many basins: the best known
+        assert not family.certified.any()
 
 
 def test_optima_are_strictly_feasible(family_problem: DesignProblem, family: Solutions) -> None:
@@ -54,6 +59,8 @@ def test_the_same_seed_gives_the_same_optima(
 def test_another_seed_agrees_to_ten_digits(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
+    if family_problem.declared.searches == 1:
+        pytest.skip("one search of many basins: another one may end in another")
     again = solve_tasks(family_problem, family.tasks[:12], seed=99)
     both = again.certified & family.certified[:12] & again.solvable
     assert both.sum() >= 0.9 * again.solvable.sum() > 0.0

@@ -19,7 +19,13 @@ from pkm_gym.mechanisms.pss5_upu.kinematics import (
     rate_rows,
     spin,
 )
-from pkm_gym.mechanisms.pss5_upu.transmission import LOCAL, limb_transmission, local_indices
+from pkm_gym.mechanisms.pss5_upu.transmission import (
+    LOCAL,
+    limb_transmission,
+    local_indices,
+    scaled,
+    several,
+)
 
 PER_LIMB_FOUND = 8  # arm (3), rod (3), lambda, slider
 
@@ -66,39 +72,48 @@ def inverse_batch(
 
 
 @kernel
-def columns(rows: Rows, limb: Limb, i: int) -> tuple[float, float, float, float, float]:
-    """Return column i of J: the rates per unit rate of slider i; infinite where J doesn't exist."""
-    moved, det = motions(rows)
-    m, scale = moved[i], limb.cosine / det
-    return scale * m[0], scale * m[1], scale * m[2], scale * m[3], scale * m[4]
+def barred(rows: Rows, moved: Rows, det: float) -> bool:
+    """Return whether the pose is singular, so that J doesn't exist; not out of reach."""
+    return det == 0.0 or (not several(rows, moved) and math.isfinite(det))
 
 
 @batch_kernel
 def rates_batch(
     poses: FloatArray, layout: FloatArray, L: float, upu: float, found: FloatArray
 ) -> None:
-    """Fill ``found`` (n, 5, 5), (vx, vy, vz, gamma', beta') = found @ slider rates."""
+    """Fill ``found`` (n, 5, 5), (vx, vy, vz, gamma', beta') = found @ slider rates.
+
+    Infinite at a singular pose.
+    """
     for n in numba.prange(poses.shape[0]):
         p = platform_of(poses[n], upu)
         limbs = limbs_at(layout, p, L)
         rows = rate_rows(limbs, p)
+        moved, det = motions(rows)
+        if barred(rows, moved, det):
+            found[n] = math.inf
+            continue
         for i in range(LIMBS):
-            column = columns(rows, limbs[i], i)
+            scale = limbs[i].cosine / det
             for k in range(LIMBS):
-                found[n, k, i] = column[k]
+                found[n, k, i] = scale * moved[i][k]
 
 
 @batch_kernel
 def twists_batch(
     poses: FloatArray, layout: FloatArray, L: float, upu: float, found: FloatArray
 ) -> None:
-    """Fill ``found`` (n, 6, 5), (omega, v) = found @ slider rates."""
+    """Fill ``found`` (n, 6, 5), (omega, v) = found @ slider rates; infinite at a singular pose."""
     for n in numba.prange(poses.shape[0]):
         p = platform_of(poses[n], upu)
         limbs = limbs_at(layout, p, L)
         rows = rate_rows(limbs, p)
+        moved, det = motions(rows)
+        if barred(rows, moved, det):
+            found[n] = math.inf
+            continue
         for i in range(LIMBS):
-            column = columns(rows, limbs[i], i)
+            column = scaled(limbs[i].cosine / det, moved[i])
             turn = spin(p, column)
             for k in range(3):
                 found[n, k, i], found[n, 3 + k, i] = turn[k], column[k]
@@ -120,11 +135,16 @@ def local_batch(
 def transmission_batch(
     poses: FloatArray, layout: FloatArray, L: float, upu: float, found: FloatArray
 ) -> None:
-    """Fill ``found`` (n, 5, 2) with each limb's lambda_i and eta_i at poses (n, 5)."""
+    """Fill ``found`` (n, 5, 2) with each limb's lambda_i and eta_i at poses (n, 5).
+
+    eta_i = 0 at a singular pose.
+    """
     for n in numba.prange(poses.shape[0]):
         p = platform_of(poses[n], upu)
         limbs = limbs_at(layout, p, L)
-        moved, det = motions(rate_rows(limbs, p))
+        rows = rate_rows(limbs, p)
+        moved, det = motions(rows)
+        none = barred(rows, moved, det)
         for i in range(LIMBS):
             found[n, i, 0] = limbs[i].cosine
-            found[n, i, 1] = limb_transmission(limbs[i], p, moved[i], det)
+            found[n, i, 1] = 0.0 if none else limb_transmission(limbs[i], p, moved[i], det)

@@ -292,6 +292,7 @@ PSS5_UPU_SKEW = Declaration(
     motion={"frame_skip": 10},
     motion_environment="PSS5UPU",
     evaluations=24,
+    searches=1,
     starts=8,
     coarse={"sampling": "coarse"},
     splits={},  # none are made yet

@@ -33,6 +33,13 @@ SQUARE = math.pi / 2.0
 LOCAL_NAMES = ("K_v", "K_w", "K_lambda", "K_eta")
 
 
+def singular_values(matrices: FloatArray) -> FloatArray:
+    """Return the singular values (..., k) of matrices (..., m, n), NaN where one isn't finite."""
+    finite = np.isfinite(matrices).all(axis=(-1, -2), keepdims=True)
+    values = np.linalg.svd(np.where(finite, matrices, 0.0), compute_uv=False)
+    return np.where(finite[..., 0], values, np.nan)
+
+
 @dataclass(frozen=True, slots=True)
 class Pss5Upu(Mechanism):
     """A 5-PSS/UPU with the box that its platform works in.
@@ -176,7 +183,8 @@ class Pss5Upu(Mechanism):
     def rate_jacobian(self, pose: FloatArray) -> FloatArray:
         """Return J (..., 5, 5): (vx, vy, vz, gamma', beta') = J @ slider rates.
 
-        The paper's five-input Jacobian: J_v are its first three rows, J_w its last two.
+        The paper's five-input Jacobian: J_v are its first three rows, J_w its last two. Infinite at
+        a singular pose.
         """
         return self._at(rates_batch, pose, (LIMBS, LIMBS))
 
@@ -196,16 +204,20 @@ class Pss5Upu(Mechanism):
     def slider_forces(self, pose: FloatArray, wrench: FloatArray) -> FloatArray:
         """Return the forces (..., 5), N, of the sliders for a wrench (moment, force) (..., 6).
 
-        That the platform exerts on its surroundings at its centre: tau = J^T W.
+        That the platform exerts on its surroundings at its centre: tau = J^T W. NaN at a singular
+        pose.
         """
-        wrench = np.asarray(wrench, dtype=float)
-        return np.einsum("...ki,...k->...i", self.jacobian(pose), wrench)
+        J = self.jacobian(pose)
+        J = np.where(np.isfinite(J), J, np.nan)
+        return np.einsum("...ki,...k->...i", J, np.asarray(wrench, dtype=float))
 
     def ellipsoids(self, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the half axes of the velocity ellipsoids of J_v (..., 3), J_w (..., 2)."""
+        """Return the half axes of the velocity ellipsoids of J_v (..., 3), J_w (..., 2).
+
+        NaN at a singular pose, where they don't exist.
+        """
         J = self.rate_jacobian(pose)
-        linear = np.linalg.svd(J[..., :3, :], compute_uv=False)
-        return linear, np.linalg.svd(J[..., 3:, :], compute_uv=False)
+        return singular_values(J[..., :3, :]), singular_values(J[..., 3:, :])
 
     # Local indices --------------------------------------------------------------------------------
 
@@ -215,7 +227,7 @@ class Pss5Upu(Mechanism):
         return dict(zip(LOCAL_NAMES, np.moveaxis(table, -1, 0), strict=True))
 
     def transmission(self, pose: FloatArray) -> FloatArray:
-        """Return lambda_i and eta_i (..., 5, 2) of the limbs."""
+        """Return lambda_i and eta_i (..., 5, 2) of the limbs; eta_i = 0 at a singular pose."""
         return self._at(transmission_batch, pose, (LIMBS, 2))
 
     def system(self, pose: FloatArray) -> FloatArray:
@@ -224,20 +236,14 @@ class Pss5Upu(Mechanism):
 
     def rcond(self, pose: FloatArray) -> FloatArray:
         """Return s6 / s1 (...) of the limbs' system, NaN out of reach."""
-        values = self._singular_values(pose)
+        values = singular_values(self.system(pose))
         return np.asarray(values[..., 5] / values[..., 0])
 
     def rank(self, pose: FloatArray, tolerance: float = 1e-9) -> FloatArray:
         """Return how many singular values (...) of the limbs' system are above a share of s1."""
-        values = self._singular_values(pose)
+        values = singular_values(self.system(pose))
         found = (values > tolerance * values[..., :1]).sum(axis=-1)
         return np.where(np.isfinite(values).all(axis=-1), found, np.nan)
-
-    def _singular_values(self, pose: FloatArray) -> FloatArray:
-        systems = self.system(pose)
-        reached = np.isfinite(systems).all(axis=(-1, -2), keepdims=True)
-        values = np.linalg.svd(np.where(reached, systems, 0.0), compute_uv=False)
-        return np.where(reached[..., 0], values, np.nan)
 
     def clearances(self, pose: FloatArray) -> FloatArray:
         """Return the least distances (..., 3), m: of rods, rods and others' rails, rods and UPU."""
@@ -282,7 +288,10 @@ class Pss5Upu(Mechanism):
         return {**means, "gti": IndexMap("gti", "", "mean", lti), **limits}
 
     def vertical_force(self, pose: FloatArray) -> FloatArray:
-        """Return the largest force (...) of a slider per vertical load on the platform's centre."""
+        """Return the largest force (...) of a slider per vertical load on the platform's centre.
+
+        Infinite at a singular pose.
+        """
         return np.asarray(np.abs(self.jacobian(pose)[..., 5, :]).max(axis=-1))
 
     def symmetries(self) -> tuple[Symmetry, ...]:

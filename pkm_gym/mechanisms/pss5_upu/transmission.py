@@ -40,7 +40,7 @@ def local_indices(limbs: Limbs, p: Platform) -> Local:
     moved, det = motions(rows)
     a, b, c, d, e = limbs
     least = min(a.cosine, b.cosine, c.cosine, d.cosine, e.cosine)
-    lost = not squared_norm(moved) > SINGULAR * squared_norm(rows) ** 4
+    lost = not several(rows, moved)
     j = (
         scaled(a.cosine, moved[0]),
         scaled(b.cosine, moved[1]),
@@ -57,6 +57,12 @@ def local_indices(limbs: Limbs, p: Platform) -> Local:
         least,
         zero if lost else eta,
     )
+
+
+@formula
+def several(rows: Rows, moved: Rows) -> bool:
+    """Return whether the rows have a rank of four or five; not out of reach."""
+    return squared_norm(moved) > SINGULAR * squared_norm(rows) ** 4
 
 
 @formula

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats.qmc import Sobol
 
 import pkm_gym
+from pkm_gym.core.merit import TOLERANCE
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import solve_tasks
 from pkm_gym.mechanisms.pss5_upu.declared import SAMPLINGS
@@ -44,7 +45,7 @@ def drawn(problem: DesignProblem, count: int, seed: int = 0) -> np.ndarray:
 
 def test_the_papers_point() -> None:
     problem = problem_of("pss5_upu", sampling="fine")
-    found = problem.evaluate(problem.printed_design[None])
+    found = problem.evaluate(problem.printed_design()[None])
     expected = {"K_v": 0.0816, "K_w": 0.8414, "K_lambda": 0.6871, "K_eta": 0.2202, "gti": 0.2202}
     for name, value in expected.items():
         assert found.indices[name][0] == pytest.approx(value, rel=1e-3)
@@ -56,7 +57,7 @@ def test_the_papers_point() -> None:
 
 def test_a_share_of_the_papers_workspace_needs_sliders_behind_their_feet() -> None:
     problem = problem_of("pss5_upu")
-    machine = problem.mechanism(problem.printed_design)
+    machine = problem.mechanism(problem.printed_design())
     sliders = machine.inverse_kinematics(machine.in_box(unit_poses(4096)))
     assert 100.0 * (sliders < 0.0).any(axis=1).mean() == pytest.approx(4.3, abs=0.1)
 
@@ -192,6 +193,23 @@ def test_a_sample_never_holds_the_centre(name: str) -> None:
     unit = unit_poses(SAMPLINGS[name])
     assert unit.shape == (SAMPLINGS[name], 5)
     assert (np.abs(unit).max(axis=1) > 0.05).all()
+
+
+def test_pieces_are_the_limits_taken_apart(rng: np.random.Generator) -> None:
+    """Their worst is the worst constraint, a force's by its logarithm."""
+    problem = problem_of("pss5_upu_skew", sampling="coarse")
+    designs, tasks = drawn(problem, 600), problem.draw_tasks(600, rng)
+    evaluation, pieces = problem.evaluate(designs, tasks), problem.pieces(designs, tasks)
+    assert np.isfinite(pieces).all()
+    known = (evaluation.unreached <= 0.0) & (evaluation.constraints[:, 0] <= 0.0)
+    assert known.sum() > 100
+    broken = evaluation.constraints[known] + TOLERANCE
+    force = problem.constraint_names.index("force")
+    broken[:, force] = np.log1p(broken[:, force])
+    np.testing.assert_allclose(pieces[known, 1:].max(axis=1), broken.max(axis=1), atol=1e-12)
+    value = evaluation.objectives[known, 0]
+    np.testing.assert_allclose(pieces[known, 0], -np.log(value), atol=1e-12)
+    assert (pieces[~known] > 0.0).all()
 
 
 # What is undefined, broken and said ---------------------------------------------------------------

@@ -23,6 +23,30 @@ def test_home_has_rank_four(rng: np.random.Generator) -> None:
         assert found["K_lambda"] == pytest.approx(machine.lam0, abs=1e-12)
 
 
+@pytest.mark.parametrize("upu", [False, True])
+def test_at_home_there_is_no_jacobian(upu: bool, rng: np.random.Generator) -> None:
+    machine = made(PAPER, upu).machine
+    poses = np.stack([machine.home, machine.in_box(rng.uniform(0.2, 1.0, 5))])
+    assert np.isinf(machine.jacobian(poses)).all(axis=(1, 2)).tolist() == [True, False]
+    assert np.isinf(machine.rate_jacobian(poses)).all(axis=(1, 2)).tolist() == [True, False]
+    assert np.isinf(machine.vertical_force(poses)).tolist() == [True, False]
+    assert np.isfinite(machine.jacobian(poses[1])).all()
+    lam, eta = np.moveaxis(machine.transmission(poses), -1, 0)
+    np.testing.assert_allclose(lam[0], machine.lam0, atol=1e-12)
+    assert (eta[0] == 0.0).all()
+    assert (eta[1] > 0.0).all()
+    pushed = machine.slider_forces(poses, np.ones(6))
+    assert np.isnan(pushed).all(axis=1).tolist() == [True, False]
+    assert all(np.isnan(axes[0]).all() for axes in machine.ellipsoids(poses))
+
+
+def test_out_of_reach_they_are_not_numbers() -> None:
+    machine = made(PAPER, True).machine
+    far = machine.home + np.array([0.0, 0.0, 5.0, 0.0, 0.0])
+    for found in (machine.jacobian(far), machine.transmission(far), machine.vertical_force(far)):
+        assert np.isnan(found).all()
+
+
 def test_five_equal_limbs_in_five_fold_symmetry_never_span_more_than_rank_four(
     rng: np.random.Generator,
 ) -> None:
