@@ -141,25 +141,29 @@ def test_render_without_a_mode_warns(motion_id, move):
 def test_the_baseline_keeps_within_a_millimetre_at_the_printed_design_and_at_others(
     motion_id, move, tracker
 ):
-    """At others that the motors can drive, and further off where joints are magnified more.
-
-    An error of the joints goes with their inertia, which is the platform's times the square.
-    """
+    """At three others that the motors can drive, and that don't magnify the joints' errors."""
     env = move(motion_id)
-    least, driven = magnified(env.rig), [env.problem.printed_design()]
-    for design in random_designs(env.problem, 12, seed=11):
-        env.reset(options={"design": design})
-        if env.rig.peak_force() < 0.5 * env.force_limit:
-            driven.append(design)
-    assert len(driven) > 3
-    for design in driven[:4]:
+    for design in (env.problem.printed_design(), *drivable(env, 3)):
         done = run(env, tracker, seed=0, options={"design": design})
-        slack = max(1.0, magnified(env.rig) / least) ** 2
         assert done.reason == "finished"
         assert len(done.errors) == env.rig.path.steps
-        assert done.errors.max() < 1e-3 * slack
+        assert done.errors.max() < 1e-3
         assert np.abs(done.shares).max() < 1.0
-        assert 1.0 - 0.1 * slack < done.mean_reward < 1.0
+        assert 0.9 < done.mean_reward < 1.0
+
+
+def drivable(env, count):
+    """Random designs that half of the motors' force moves, magnified at most three times more."""
+    env.reset(options={"design": env.problem.printed_design()})
+    printed, found = magnified(env.rig), []
+    for design in random_designs(env.problem, 40, seed=11):
+        env.reset(options={"design": design})
+        strong = env.rig.peak_force() < 0.5 * env.force_limit
+        if strong and magnified(env.rig) < 3.0 * printed:
+            found.append(design)
+        if len(found) == count:
+            return found
+    pytest.fail(f"{len(found)} of 40 random designs can be driven")
 
 
 def magnified(rig):
