@@ -293,7 +293,7 @@ PSS5_UPU_SKEW = Declaration(
     motion_environment="PSS5UPU",
     evaluations=24,
     searches=1,
-    starts=8,
+    starts=4,
     coarse={"sampling": "coarse"},
     splits={},  # none are made yet
 )
