@@ -137,7 +137,7 @@ def transmission_batch(
 ) -> None:
     """Fill ``found`` (n, 5, 2) with each limb's lambda_i and eta_i at poses (n, 5).
 
-    eta_i = 0 at a singular pose.
+    eta_i = 0 at a singular pose, NaN out of reach.
     """
     for n in numba.prange(poses.shape[0]):
         p = platform_of(poses[n], upu)
@@ -145,6 +145,8 @@ def transmission_batch(
         rows = rate_rows(limbs, p)
         moved, det = motions(rows)
         none = barred(rows, moved, det)
+        found[n] = 0.0 if none else math.nan
         for i in range(LIMBS):
             found[n, i, 0] = limbs[i].cosine
-            found[n, i, 1] = 0.0 if none else limb_transmission(limbs[i], p, moved[i], det)
+            if math.isfinite(det) and not none:
+                found[n, i, 1] = limb_transmission(limbs[i], p, moved[i], det)

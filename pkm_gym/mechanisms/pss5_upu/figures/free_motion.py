@@ -149,7 +149,7 @@ def _draw_curves(axes: Axes, title: str, machine: Pss5Upu, color: str) -> None:
         )  # fmt: skip
     for stiffness, value in zip(found.stiffnesses, platform, strict=True):
         text = f"{value:.0f} mm" if value > 1.0 else f"{value:.2g} mm"
-        plots.remark(axes, text, (stiffness, value), dot=False)
+        plots.remark(axes, text, (stiffness, value), dot=False, xytext=(0, 6), ha="center")
 
 
 def _show(axes: Axes, pixels: Any, title: str) -> None:
