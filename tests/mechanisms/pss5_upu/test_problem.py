@@ -219,8 +219,9 @@ def test_pieces_are_the_limits_taken_apart(rng: np.random.Generator) -> None:
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_broken_limit_leaves_the_indices_finite(name: str) -> None:
-    problem = problem_of(name, sampling="coarse")
-    evaluation = problem.evaluate(drawn(problem, 3000))
+    problem = problem_of(name, sampling="coarse", free="all")
+    tasks = problem.draw_tasks(3000, np.random.default_rng(1))  # smaller boxes among them
+    evaluation = problem.evaluate(drawn(problem, 3000), tasks)
     made = (evaluation.unreached <= 0.0) & (evaluation.constraints[:, 0] <= 0.0)
     for constraint in problem.constraint_names:
         if constraint in (
