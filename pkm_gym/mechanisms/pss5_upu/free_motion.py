@@ -3,19 +3,22 @@
 At home five-fold layouts leave the platform two freedoms that the sliders don't hold: there only
 the second order of the rods' motion resists, so that a force F moves it by about (F / k)^(1/3) in
 metres where the servos have the stiffness k. With locked sliders nothing moves at all.
+
+MuJoCo is imported when something is pushed: who draws it chooses before that how.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pkm_gym.core.twin import rotation_vector, twin_module
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.mechanism import Pss5Upu
-from pkm_gym.mechanisms.pss5_upu.pushed_twin import Pushed, rest_under
+
+if TYPE_CHECKING:
+    from pkm_gym.mechanisms.pss5_upu.pushed_twin import Pushed
 
 FORCE = 100.0  # N
 STIFFNESSES = (2e5, 2e6, 2e7, 2e8)  # N/m, of the servos
@@ -49,6 +52,8 @@ def free_motion(
         ValueError: for a machine that isn't assembled at home, or a number that isn't positive.
         RuntimeError: for one that doesn't come to rest.
     """
+    from pkm_gym.core.twin import rotation_vector
+
     chosen = np.array(list(stiffnesses), dtype=float)
     for name, values in (("stiffnesses", chosen), ("force", np.array([force]))):
         if not (len(values) and np.isfinite(values).all() and (values > 0.0).all()):
@@ -67,6 +72,9 @@ def pushed(machine: Pss5Upu, forces: FloatArray, stiffness: float = STIFFNESS) -
         ValueError: for a machine that isn't assembled at home.
         RuntimeError: for one that doesn't come to rest.
     """
+    from pkm_gym.core.twin import twin_module
+    from pkm_gym.mechanisms.pss5_upu.pushed_twin import rest_under
+
     module: Any = twin_module(machine)
     along = np.asarray(forces, dtype=float)[:, None] * np.array([1.0, 0.0, 0.0])
     return rest_under(module.build(machine, machine.home), machine.joint_names, stiffness, along)

@@ -66,7 +66,7 @@ def push(problem: DesignProblem) -> Figure:
             pale = GHOST * pictures.shot() + (1.0 - GHOST) * pictures.shot(at.coordinates[0])
             _show(beside, pale.astype(np.uint8), title)
             pictures.draw_force(beside, at.frames[0, :, 3], 1.0)
-    axes.margins(0.08)
+    axes.margins(x=0.16, y=0.08)
     axes.grid(visible=True, color=plots.STYLE["grid"], linewidth=0.5)
     plots.legend(axes, loc="lower left")
     return figure
@@ -148,8 +148,13 @@ def _draw_curves(axes: Axes, title: str, machine: Pss5Upu, color: str) -> None:
             markersize=3.5, label=f"{title}, {name}",
         )  # fmt: skip
     for stiffness, value in zip(found.stiffnesses, platform, strict=True):
-        text = f"{value:.0f} mm" if value > 1.0 else f"{value:.2g} mm"
-        plots.remark(axes, text, (stiffness, value), dot=False, xytext=(0, 6), ha="center")
+        plots.remark(axes, _length(value), (stiffness, value), dot=False)
+
+
+def _length(way: float) -> str:
+    """Return a way, mm, in words."""
+    number, unit = (way, "mm") if way > 0.1 else (1e3 * way, "µm")
+    return f"{number:.0f} {unit}" if number > 10.0 else f"{number:.2g} {unit}"
 
 
 def _show(axes: Axes, pixels: Any, title: str) -> None:
