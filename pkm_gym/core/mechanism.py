@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -105,6 +105,10 @@ class Mechanism(ABC):
     @abstractmethod
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the twist (..., k) of a pose that changes at ``pose_rate`` (..., k)."""
+
+    def real(self) -> Self:
+        """Return the machine that a twin is built of: itself, unless it is idealised."""
+        return self
 
     @property
     def turning(self) -> int:
