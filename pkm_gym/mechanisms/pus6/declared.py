@@ -243,6 +243,5 @@ PUS6_LAYOUT = Declaration(
     evaluations=24,
     starts=8,
     coarse={"sampling": "coarse"},
-    neighbours=6,
     splits={"train": 512, "val": 64, "test": 64, "ood": 64},
 )
