@@ -136,8 +136,10 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
         for search in (near, lambda e: ladder.climb(e, 1), lambda e: ladder.climb(e, BUDGET))
     ])  # fmt: skip
     by_neighbours, first, last = np.median(found, axis=1)
-    # Neighbours lie in other basins where more than two searches must agree.
-    assert last < (0.01 if problem.declared.searches == 2 else 0.05) * by_neighbours
+    # Neighbours lie in other basins where more than two searches must agree, and far where the
+    # training tasks are few.
+    close = problem.declared.searches == 2 and problem.declared.splits["train"] >= 2048
+    assert last < (0.01 if close else 0.1) * by_neighbours
     assert last <= first
     assert np.isfinite(found[2]).mean() > 0.9
 
