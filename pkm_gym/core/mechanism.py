@@ -150,6 +150,10 @@ class Mechanism(ABC):
         """Return what maps the machine to itself; what they do one after the other follows."""
         return ()
 
+    def passive_lengths(self, pose: FloatArray) -> FloatArray:
+        """Return the lengths (..., k), m, of the limbs without a motor; none if not overridden."""
+        return np.empty((*np.shape(pose)[:-1], 0))
+
     # Where limits are looked for ------------------------------------------------------------------
 
     @abstractmethod

@@ -164,6 +164,10 @@ class Pss5Upu(Mechanism):
         """Return l_0 = |p| (...), m, of the passive limb."""
         return np.linalg.norm(as_rows(pose, 5)[..., :3], axis=-1)
 
+    def passive_lengths(self, pose: FloatArray) -> FloatArray:
+        """Return the length (..., 1), m, of the passive limb."""
+        return self.upu_length(pose)[..., None]
+
     def upu_rate(self, pose: FloatArray, rates: FloatArray) -> FloatArray:
         """Return l'_0 = p . v / |p| (...), m/s, at rates (..., 5): it isn't an input."""
         p = as_rows(pose, 5)[..., :3]
@@ -363,5 +367,6 @@ class Pss5Upu(Mechanism):
         rods = [Link("rod", np.stack([b, a])) for b, a in zip(at["b"], at["a"], strict=True)]
         around = np.argsort(np.arctan2(*(at["a"] - centre)[:, 1::-1].T))
         ring = at["a"][np.append(around, around[0])]
-        upu = Link("cylinder", np.stack([np.zeros(3), 0.6 * centre, centre]))
+        barrel = 0.6 * self.z0 * centre / np.linalg.norm(centre)
+        upu = Link("cylinder", np.stack([np.zeros(3), barrel, centre]))
         return (*rails, *rods, Link("platform", ring), upu)
