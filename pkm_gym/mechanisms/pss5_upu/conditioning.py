@@ -135,6 +135,8 @@ def least_rcond(
         fill_systems(state, layout, L, r, upu, systems[block])
         fill_bounds(systems[block], gram, bounds[block * BLOCK : (block + 1) * BLOCK])
     bounds = bounds[: unit.shape[0]]
+    if not math.isfinite(bounds.sum() + systems.sum()):  # no machine
+        return math.nan
     if bounds.min() > enough:
         return bounds.min()
     squared, worst = math.inf, np.int64(0)
