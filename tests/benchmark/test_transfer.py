@@ -153,9 +153,9 @@ def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
         assert regret(problem, split, row, further, budget=20)[1] == 20
     climbed = [regret(problem, split, row, further, budget=RUNGS_BEFORE)[0] for row in rows]
     refined = [regret(problem, split, row, further, budget=50)[0] for row in rows]
-    # Fifty evaluations are few in a problem of many basins.
-    share = 0.5 if problem.declared.searches == 2 else 0.7
-    assert np.median(refined) < share * np.median(climbed)
+    # Fifty evaluations are few in a problem of many basins: it ends in that of the ladder.
+    several = problem.declared.searches > 2 or bool(problem.declared.coarse)
+    assert np.median(refined) < (1.0 if several else 0.5) * np.median(climbed)
 
 
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):
