@@ -107,7 +107,7 @@ def test_the_optimum_of_four_indices(case: str) -> None:
     if case != "angles free":  # there it takes longer: among the slow tests
         design, best = evolved(problem)
         assert best == pytest.approx(value, abs=1e-7)
-        np.testing.assert_allclose(design, found, rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(design, found, rtol=0.0, atol=2e-4)  # it is flat in R
     rng = np.random.default_rng(0)
     start = found + 0.1 * (problem.high - problem.low) * rng.uniform(-1.0, 1.0, len(found))
     best = descended(problem, np.clip(start, problem.low, problem.high))
