@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pkm_gym.core.descent import GATHERED, descend
+from pkm_gym.core.descent import descend
 from pkm_gym.core.evolution import Search, evolve
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -126,10 +126,9 @@ def improved(
     """
     best = Search(solved.designs.copy(), solved.log_merit.copy(), solved.solvable.copy())
     generator = np.random.default_rng(0)  # a descent from a given start draws nothing
-    radius = GATHERED if problem.declared.coarse else 1.0
     evaluations = 0
     for k in range(starts.shape[1]):
-        ends = descend(problem, solved.tasks, generator, near=starts[:, k], radius=radius)
+        ends = descend(problem, solved.tasks, generator, near=starts[:, k], radius=1.0)
         best = _better(best, ends)
         evaluations += ends.evaluations
     gained = best.solvable & (~solved.solvable | (best.log_merit < solved.log_merit - AGREEMENT))

@@ -136,10 +136,10 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
         for search in (near, lambda e: ladder.climb(e, 1), lambda e: ladder.climb(e, BUDGET))
     ])  # fmt: skip
     by_neighbours, first, last = np.median(found, axis=1)
-    # Neighbours lie in other basins where more than two searches must agree, and far where the
-    # training tasks are few.
-    close = problem.declared.searches == 2 and problem.declared.splits["train"] >= 2048
-    assert last < (0.01 if close else 0.1) * by_neighbours
+    # Neighbours lie in other basins where more than two searches must agree, and the ladder ends
+    # further off where the training tasks are few.
+    share = 0.1 if len(pool) < 1000 else 0.01 if problem.declared.searches == 2 else 0.05
+    assert last < share * by_neighbours
     assert last <= first
     assert np.isfinite(found[2]).mean() > 0.9
 
@@ -153,9 +153,9 @@ def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
         assert regret(problem, split, row, further, budget=20)[1] == 20
     climbed = [regret(problem, split, row, further, budget=RUNGS_BEFORE)[0] for row in rows]
     refined = [regret(problem, split, row, further, budget=50)[0] for row in rows]
-    # Fifty evaluations are few in a problem of many basins: it ends in that of the ladder.
-    several = problem.declared.searches > 2 or bool(problem.declared.coarse)
-    assert np.median(refined) < (1.0 if several else 0.5) * np.median(climbed)
+    # Fifty evaluations are few in a problem of many basins: they stay in the ladder's.
+    share = 1.0 if problem.declared.coarse else 0.5 if problem.declared.searches == 2 else 0.7
+    assert np.median(refined) < share * np.median(climbed)
 
 
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):

@@ -106,8 +106,9 @@ def test_the_optimum_of_four_indices(case: str) -> None:
     value = problem.evaluate(found[None]).objectives[0, 0]
     if case != "angles free":  # there it takes longer: among the slow tests
         design, best = evolved(problem)
+        # The mean of a sample has bumps of some 5e-8 in R, 0.1 mm apart, where no limit holds it.
         assert best == pytest.approx(value, abs=1e-7)
-        np.testing.assert_allclose(design, found, rtol=0.0, atol=2e-4)  # it is flat in R
+        np.testing.assert_allclose(design, found, rtol=0.0, atol=1e-4)
     rng = np.random.default_rng(0)
     start = found + 0.1 * (problem.high - problem.low) * rng.uniform(-1.0, 1.0, len(found))
     best = descended(problem, np.clip(start, problem.low, problem.high))
