@@ -6,6 +6,7 @@ them: see ``evolution`` and ``descent``.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -43,6 +44,7 @@ class Solutions:
         certified: array (n,), whether the searches and a polish of the best agree to 1e-10 in log
             merit (and in solvable); otherwise it is the best that is known.
         evaluations: how many designs were evaluated in all.
+        seconds: of processor time that this took.
     """
 
     tasks: FloatArray
@@ -55,6 +57,10 @@ class Solutions:
     solvable: BoolArray
     certified: BoolArray
     evaluations: int
+    seconds: float
+
+
+ARRAYS = tuple(f.name for f in fields(Solutions) if f.name not in ("evaluations", "seconds"))
 
 
 def solve_tasks(
@@ -80,6 +86,7 @@ def solve_tasks(
         effort: of the first searches, each as thorough as ``effort`` disagreements would make it.
         progress: called with the number of tasks finished so far.
     """
+    began = time.process_time()
     tasks = np.atleast_2d(np.asarray(tasks, dtype=float))
     sequence = np.random.SeedSequence(seed)
     report = progress or (lambda _: None)
@@ -113,7 +120,7 @@ def solve_tasks(
         best.solvable[open_tasks] = better.solvable
         best.evaluations += again.evaluations
     report(len(tasks))
-    return _solutions(problem, tasks, best, agreed)
+    return _solutions(problem, tasks, best, agreed, began)
 
 
 def improved(
@@ -124,6 +131,7 @@ def improved(
     An optimum that is found so is the best known, not certified: the searches had missed it. One
     that is only told with more digits stays what it was.
     """
+    began = time.process_time()
     best = Search(solved.designs.copy(), solved.log_merit.copy(), solved.solvable.copy())
     generator = np.random.default_rng(0)  # a descent from a given start draws nothing
     evaluations = 0
@@ -139,21 +147,19 @@ def improved(
         solved.tasks[rows],
         Search(best.designs[rows], best.log_merit[rows], best.solvable[rows]),
         (solved.certified & same)[rows],
+        began,
     )
-    merged = {
-        item.name: getattr(solved, item.name).copy()
-        for item in fields(Solutions)
-        if item.name != "evaluations"
-    }
+    merged = {name: getattr(solved, name).copy() for name in ARRAYS}
     for name, array in merged.items():
         array[rows] = getattr(found, name)
-    return Solutions(**merged, evaluations=solved.evaluations + evaluations), gained
+    spent = solved.evaluations + evaluations, solved.seconds + found.seconds
+    return Solutions(**merged, evaluations=spent[0], seconds=spent[1]), gained
 
 
 def _solutions(
-    problem: DesignProblem, tasks: FloatArray, best: Search, agreed: BoolArray
+    problem: DesignProblem, tasks: FloatArray, best: Search, agreed: BoolArray, began: float
 ) -> Solutions:
-    """Return the solutions of tasks (n, m), of designs alike one."""
+    """Return the solutions of tasks (n, m), of designs alike one; ``began``: processor time, s."""
     kept = best.solvable
     best.designs[kept] = problem.one_of_alike(best.designs[kept], tasks[kept])
     evaluation = problem.evaluate(best.designs, tasks)
@@ -168,6 +174,7 @@ def _solutions(
         solvable=best.solvable,
         certified=agreed,
         evaluations=best.evaluations,
+        seconds=time.process_time() - began,
     )
 
 

@@ -6,6 +6,7 @@ a descent leads, since most end where a limit can't be kept, may be easy for a p
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from multiprocessing import get_context
 
@@ -14,10 +15,10 @@ from rich.console import Console
 
 from pkm_gym.core.evolution import evolve
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import Solutions, improved
+from pkm_gym.core.solve import ARRAYS, Solutions, improved
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.studies.cli.terminal import counter
-from pkm_gym.studies.search.solving import ARRAYS, FEW, work_alone
+from pkm_gym.studies.search.solving import FEW, work_alone
 
 
 def from_neighbours(
@@ -53,7 +54,7 @@ def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -
 
     As many independent evolutions as the problem declares.
     """
-    ends, evaluations = [], 0
+    ends, evaluations, began = [], 0, time.process_time()
     count = problem.declared.evolutions
     with counter(screen, "evolutions") as bar:
         line = bar.add_task("evolving", total=count)
@@ -62,9 +63,11 @@ def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -
             ends.append(found.designs)
             evaluations += found.evaluations
             bar.advance(line)
-    starts = np.stack(ends, axis=1)
+    starts, seconds = np.stack(ends, axis=1), time.process_time() - began
     better = _round(problem, solved, starts, _all(starts), screen, "evolution")[0]
-    return replace(better, evaluations=better.evaluations + evaluations)
+    return replace(
+        better, evaluations=better.evaluations + evaluations, seconds=better.seconds + seconds
+    )
 
 
 def _all(rows: np.ndarray) -> BoolArray:
@@ -100,7 +103,11 @@ def _round(
     """Return the solutions of all tasks, those ``asked`` (n,) once more, and which are better."""
     rows = np.flatnonzero(asked)
     arrays = {name: getattr(solved, name).copy() for name in ARRAYS}
-    gained, evaluations = np.zeros(len(asked), dtype=bool), solved.evaluations
+    gained, evaluations, seconds = (
+        np.zeros(len(asked), dtype=bool),
+        solved.evaluations,
+        solved.seconds,
+    )
     with counter(screen, "tasks") as bar, get_context("spawn").Pool(initializer=work_alone) as pool:
         line = bar.add_task(f"from {words}", total=len(rows))
         parts = [rows[first : first + FEW] for first in range(0, len(rows), FEW)]
@@ -110,13 +117,15 @@ def _round(
                 array[part] = getattr(found, name)
             gained[part] = better
             evaluations += found.evaluations
+            seconds += found.seconds
             bar.advance(line, len(part))
     screen.print(f"from {words}: {int(gained.sum())} of {len(rows)} optima bettered")
-    return Solutions(**arrays, evaluations=evaluations), gained
+    return Solutions(**arrays, evaluations=evaluations, seconds=seconds), gained
 
 
 def _part(solved: Solutions, rows: np.ndarray) -> Solutions:
-    return Solutions(**{name: getattr(solved, name)[rows] for name in ARRAYS}, evaluations=0)
+    arrays = {name: getattr(solved, name)[rows] for name in ARRAYS}
+    return Solutions(**arrays, evaluations=0, seconds=0.0)
 
 
 def _improve(chunk: tuple[DesignProblem, Solutions, FloatArray]) -> tuple[Solutions, BoolArray]:

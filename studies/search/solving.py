@@ -16,15 +16,13 @@ from rich.progress import Progress, TaskID
 
 from pkm_gym.core.pool import write_npz
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import AGREEMENT, Solutions, solve_tasks
+from pkm_gym.core.solve import AGREEMENT, ARRAYS, Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
 FEW = 16  # the same where one process descends for one task after the other, fewer with effort
 NAMED = 20  # uncertified tasks that are named one by one
-
-ARRAYS = tuple(item.name for item in fields(Solutions) if item.name != "evaluations")
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,9 @@ class Job:
             with self.part.open("rb") as file, np.load(file, allow_pickle=False) as archive:
                 content = {name: archive[name] for name in archive.files}
             solved = Solutions(
-                **{name: content[name] for name in ARRAYS}, evaluations=int(content["evaluations"])
+                **{name: content[name] for name in ARRAYS},
+                evaluations=int(content["evaluations"]),
+                seconds=float(content["seconds"]),
             )
             owner = str(content["hash"]), str(content["command"])
         except Exception:  # zip, zlib and npy headers each raise their own
@@ -166,7 +166,11 @@ def _joined(first: Solutions | None, second: Solutions) -> Solutions:
     arrays = {
         name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in ARRAYS
     }
-    return Solutions(**arrays, evaluations=first.evaluations + second.evaluations)
+    return Solutions(
+        **arrays,
+        evaluations=first.evaluations + second.evaluations,
+        seconds=first.seconds + second.seconds,
+    )
 
 
 def _summarise(screen: Console, problem: DesignProblem, solved: Solutions) -> None:

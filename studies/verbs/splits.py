@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -77,19 +76,15 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
         part=path.with_name(f"{path.name}.part"),
         effort=0 if split == "train" else problem.declared.thorough,
     )
-    kept = job.kept()
-    before = kept.evaluations if kept else 0
-    began = _processor_time()
     solved = solve(job, screen)
     if problem.declared.neighbours:
         solved = from_neighbours(problem, solved, screen, _known(problem, split, folder))
     if problem.declared.evolutions and split != "train":
         solved = from_evolution(problem, solved, screen)
-    share = solved.evaluations / max(1, solved.evaluations - before)
-    seconds = (_processor_time() - began) * share
     Pool.from_solutions(solved, drawn.starts, problem, job.command).save(path)
     write_manifest(
-        manifest(folder) | {path.name: Entry(sha256(path), solved.evaluations, seconds)}, folder
+        manifest(folder) | {path.name: Entry(sha256(path), solved.evaluations, solved.seconds)},
+        folder,
     )
     job.part.unlink(missing_ok=True)
     best_known = int((~solved.certified).sum())
@@ -106,9 +101,3 @@ def _known(
         return None
     pool = Pool.load(split_file(problem, "train", folder), problem)
     return pool.tasks[pool.solvable], pool.designs[pool.solvable]
-
-
-def _processor_time() -> float:
-    """Return the seconds of processor time of this process and of those that it has ended."""
-    times = os.times()
-    return times.user + times.system + times.children_user + times.children_system
