@@ -202,11 +202,16 @@ def test_shipped_designers_begin_as_they_recorded(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_shipped_designers_reproduce_the_regrets_that_they_recorded(name):
+    """Rounding differs between machines, and each design is planned on what was measured before.
+
+    What that makes of a median after many designs: the gait's after 24 is 0.118 % of one machine
+    and 0.091 % of another, with the same code; those after 4, 8 and 12 agree to 2e-6.
+    """
     designer, origin = read_designer(shipped()[name])
     known, now = origin.recorded["regrets"], recorded(designer)["regrets"]
     for k in AT[: len(known)]:
         before, after = (max(FLOOR, regrets[str(k)]) for regrets in (known, now))
-        assert after == pytest.approx(before, rel=0.1)
+        assert after == pytest.approx(before, rel=0.1 if k <= 12 else 0.4)
 
 
 @pytest.mark.parametrize("name", shipped())
