@@ -1,7 +1,7 @@
 """The front door: the command ``pkm-gym``. It knows the verbs by name and imports one when asked.
 
 A verb's mistakes by the user are ``ValueError`` or ``OSError``; they leave as one sentence on
-stderr and exit code 2.
+stderr and exit code 2, or 1 for a ``TimeoutError``: a database that doesn't answer any more.
 """
 
 from __future__ import annotations
@@ -95,6 +95,7 @@ EXTRAS = {
     "torch": "agents",
 }
 
+UNANSWERED = 1
 USER_ERROR = 2
 INTERRUPTED = 130
 
@@ -136,15 +137,17 @@ class Door(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def main(self, *args: Any, **options: Any) -> NoReturn:
-        """Run and exit: 0, 2 after a user's mistake, 130 after Ctrl-C."""
+        """Run and exit: 0, 1 without an answer, 2 after a user's mistake, 130 after Ctrl-C."""
         try:
             code = super().main(*args, **{**options, "standalone_mode": False})
         except ModuleNotFoundError as error:
             _refuse(_missing(error))
+        except TimeoutError as error:
+            _refuse(_sentence(error), UNANSWERED)
         except (ValueError, OSError) as error:
             _refuse(_sentence(error))
-        except typer.Abort:
-            code = INTERRUPTED
+        except typer.Abort as error:  # so typer calls an end of file; nobody is asked, so a bug
+            raise (error.__cause__ or error) from None
         except Exception as error:
             if not hasattr(error, "format_message"):
                 raise
@@ -220,9 +223,9 @@ def _usage(error: Any) -> str:
     return f"{message}; see {context.command_path} --help" if context else message
 
 
-def _refuse(sentence: str) -> NoReturn:
+def _refuse(sentence: str, code: int = USER_ERROR) -> NoReturn:
     print(f"pkm-gym: {sentence}", file=sys.stderr)
-    sys.exit(USER_ERROR)
+    sys.exit(code)
 
 
 def main() -> None:

@@ -6,7 +6,9 @@ of a problem is declared, or it is drawn.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 import hypothesis
 import numpy as np
@@ -62,6 +64,25 @@ def twinned(request: pytest.FixtureRequest) -> DesignProblem:
 def rng() -> np.random.Generator:
     """A generator of fixed seed, new for each test."""
     return np.random.default_rng(43)
+
+
+# Files --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def limited() -> Callable[[int], AbstractContextManager[None]]:
+    """A context in which no file grows beyond so many bytes, as on a full disk."""
+
+    @contextmanager
+    def to(size: int) -> Iterator[None]:
+        _, hard = before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    return to
 
 
 # Poses --------------------------------------------------------------------------------------------

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -99,3 +102,19 @@ class Run:
 def versions() -> dict[str, str]:
     """Return the versions of the libraries that a result may depend on."""
     return {library: version(library) for library in LIBRARIES}
+
+
+@contextmanager
+def threads_that_tell() -> Iterator[None]:
+    """Print nothing of what TensorBoard's thread can't write: its writer raises that, too."""
+    before = threading.excepthook
+
+    def hook(failure: threading.ExceptHookArgs) -> None:
+        if not isinstance(failure.exc_value, OSError):
+            before(failure)
+
+    threading.excepthook = hook
+    try:
+        yield
+    finally:
+        threading.excepthook = before

@@ -14,6 +14,7 @@ import numpy as np
 from pkm_gym.agents.runs.files import Origin
 from pkm_gym.agents.runs.recipe import LEARNERS
 from pkm_gym.agents.runs.run import BEST, SCORES, Run, versions
+from pkm_gym.core.files import append_lines
 from pkm_gym.core.names import imported
 
 # Which trainer an algorithm needs.
@@ -83,8 +84,7 @@ class Trainer(ABC, Generic[Policy_contra]):
             origin = Origin(run.env_id, run.command, steps, reached, versions())
             self.course.write(policy, run.folder / BEST, origin)
         line = {"steps": steps, "score": reached}
-        with (run.folder / SCORES).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
+        append_lines(run.folder / SCORES, json.dumps(line) + "\n")
         return reached
 
 

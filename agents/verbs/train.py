@@ -30,10 +30,10 @@ from pkm_gym.agents.runs.options import (
     ValidationOption,
 )
 from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS, read_recipe
-from pkm_gym.agents.runs.run import BEST, Run
+from pkm_gym.agents.runs.run import BEST, Run, threads_that_tell
 from pkm_gym.agents.sb3.motion import motion_course
 from pkm_gym.studies.cli.options import SeedOption, output_option
-from pkm_gym.studies.cli.runs import own_command, run_folder
+from pkm_gym.studies.cli.runs import if_full, own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.runner import interruptible
 
@@ -81,15 +81,27 @@ def command(
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())
     screen = console()
+    kept = f"{folder} keeps the last checkpoint, if there is one: --resume goes on from there"
+    with if_full(kept, folder), threads_that_tell():
+        best, goal = _train(run, screen, resume=resume, threads=threads)
+    screen.print(f"best score {best:.4f} on {goal}")
+    screen.print(f"agent: {folder / BEST}", soft_wrap=True)
+
+
+def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[float, str]:
+    """Return the best score, and what it was measured on."""
     if resume:
         run.check()
     else:
         run.write()
+    spec = find_spec(run.env_id, motion=True)
     course: Course[Any]
     if is_motion(spec):
-        course = motion_course(spec, recipe, pool=pool, validation=validation)
+        course = motion_course(spec, run.recipe, pool=run.pool, validation=run.validation)
     else:
-        course = design_course(spec.id, recipe, folder, pool=pool, validation=validation)
+        course = design_course(
+            spec.id, run.recipe, run.folder, pool=run.pool, validation=run.validation
+        )
     import torch
 
     from pkm_gym.agents.runs.trainer import Stopped, trainer_for
@@ -97,14 +109,14 @@ def command(
     torch.set_num_threads(threads)
     try:
         with _bar(screen) as bar, interruptible(stop := threading.Event()):
-            line = bar.add_task("", total=recipe.steps, score="")
+            line = bar.add_task("", total=run.recipe.steps, score="")
             trainer = trainer_for(run, course, partial(_show, bar, line), stop.is_set)
-            best = trainer.train(resume=resume)
+            return trainer.train(resume=resume), course.goal
     except Stopped:
-        screen.print(f"kept in {folder}: the same command with --resume goes on", soft_wrap=True)
+        screen.print(
+            f"kept in {run.folder}: the same command with --resume goes on", soft_wrap=True
+        )
         raise typer.Exit(INTERRUPTED) from None
-    screen.print(f"best score {best:.4f} on {course.goal}")
-    screen.print(f"agent: {folder / BEST}", soft_wrap=True)
 
 
 def _bar(screen: Console) -> Progress:

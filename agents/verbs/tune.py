@@ -19,12 +19,13 @@ from pkm_gym.agents.runs.options import (
     ValidationOption,
 )
 from pkm_gym.agents.runs.recipe import read_recipe
+from pkm_gym.agents.runs.run import threads_that_tell
 from pkm_gym.agents.runs.tuning import FRESH, Tuning, count_ended, open_study
 from pkm_gym.studies.cli.options import TrialsOption, output_option
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.runs import if_full, run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, section, table
 from pkm_gym.studies.storage.storages import quiet
-from pkm_gym.studies.storage.studies import count_finished
+from pkm_gym.studies.storage.studies import count_finished, fail_stale
 
 
 def command(
@@ -54,8 +55,10 @@ def command(
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
     tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
     screen = console()
-    with quiet():
+    kept = f"{folder} keeps the trials that have ended; the same command goes on from there"
+    with quiet(), if_full(kept, folder), threads_that_tell():
         study = open_study(tuning)
+        fail_stale(study)
         missing = trials - count_ended(study)
         if missing > 0:
             study.optimize(tuning.objective, n_trials=missing)

@@ -60,10 +60,17 @@ def folder() -> Path | None:
         status = kept.stat()
     except OSError:
         return None
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+    if not _is_ours(status):
         say_once(f"{kept} is not used: others may write there (it must be yours, mode 0700)")
         return None
     return kept if os.access(kept, os.R_OK | os.W_OK | os.X_OK) else None
+
+
+def _is_ours(status: os.stat_result) -> bool:
+    """Whether nobody else may have written a file or a folder."""
+    return not hasattr(os, "getuid") or (
+        status.st_uid == os.getuid() and not status.st_mode & 0o022
+    )
 
 
 class KernelCache(_Cache):
@@ -135,13 +142,14 @@ def _spelled(sig: Any) -> tuple[str, ...]:
 
 def _read(path: Path) -> bytes | None:
     try:
-        content = path.read_bytes()
-        status = path.stat()
+        with path.open("rb") as file:
+            status, content = os.fstat(file.fileno()), file.read()
         if time.time() - status.st_mtime > 86400.0:
             os.utime(path)
     except OSError:
         return None
-    if hashlib.sha256(content[DIGEST_SIZE:]).digest() != content[:DIGEST_SIZE]:
+    whole = hashlib.sha256(content[DIGEST_SIZE:]).digest() == content[:DIGEST_SIZE]
+    if not (whole and _is_ours(status)):
         say_once(f"damaged files in {path.parent} are made anew")
         return None
     return content[DIGEST_SIZE:]

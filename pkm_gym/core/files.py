@@ -1,12 +1,17 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and files that grow by whole lines."""
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a disk, a quota, a limit
+PROBE = bytes(2**16)
 
 
 @contextmanager
@@ -16,7 +21,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     The folder is made. Processes and threads may write the same file: the last one stays.
 
     Raises:
-        OSError: where it can't be written; it names ``path``.
+        OSError: where it can't be written; it names ``path``. Where a library fails because
+            nothing more can be written, it is raised in the place of what the library says.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     owner = f"{os.getpid()}-{threading.get_ident()}"
@@ -24,9 +30,64 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         yield part
         part.replace(path)
-    except OSError as error:
-        if str(error.filename) == str(part):
-            error.filename, error.filename2 = str(path), None
-        raise
+    except Exception as error:
+        known = isinstance(error, OSError) and error.errno is not None
+        failure = error if known else _full(part) or error
+        if isinstance(failure, OSError) and failure.filename in (None, part, str(part)):
+            failure.filename, failure.filename2 = str(path), None
+        if failure is error:
+            raise
+        raise failure from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def _full(part: Path) -> OSError | None:
+    """Return the error of writing more to a file, where no more can be written."""
+    try:
+        with part.open("ab") as file:
+            file.write(PROBE)
+    except OSError as error:
+        return error if error.errno in FULL else None
+    return None
+
+
+def append_lines(path: Path, text: str, *, sync: bool = False) -> None:
+    """Append whole lines to a file, made if it is missing.
+
+    Half a line, as a full disk or a crash leaves it, is cut off before and after. A whole line
+    stays: somebody may have read it.
+
+    Args:
+        path: of the file.
+        text: the lines, each with its end.
+        sync: whether to wait for the disk.
+
+    Raises:
+        OSError: where they can't be written; it names ``path``.
+    """
+    rest = memoryview(text.encode())
+    try:
+        with path.open("a+b", buffering=0) as file:
+            _cut_half_line(file)
+            try:
+                while rest:
+                    rest = rest[file.write(rest) :]
+                if sync:
+                    os.fsync(file.fileno())
+            except BaseException:
+                _cut_half_line(file)
+                raise
+    except OSError as error:
+        error.filename = str(path)
+        raise
+
+
+def _cut_half_line(file: FileIO) -> None:
+    size = file.seek(0, os.SEEK_END)
+    if size == 0:
+        return
+    file.seek(size - 1)
+    if file.read(1) != b"\n":
+        file.seek(0)
+        file.truncate(file.readall().rfind(b"\n") + 1)

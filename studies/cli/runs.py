@@ -5,8 +5,11 @@ from __future__ import annotations
 import re
 import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from pkm_gym.core.files import FULL
 from pkm_gym.mechanisms import problem_type
 
 RUNS = Path("runs")
@@ -43,3 +46,20 @@ def own_command() -> str:
 def redacted(text: str) -> str:
     """Return a text without the passwords of the URLs in it."""
     return re.sub(r"(://[^/@:\s]*):[^/\s]*@", r"\1:***@", text)
+
+
+@contextmanager
+def if_full(kept: str, place: Path) -> Iterator[None]:
+    """Say what is kept all the same where no more can be written.
+
+    Args:
+        kept: a sentence's second half.
+        place: where it was written, if the error doesn't say it.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        reason = f"{error.strerror}; {kept}"
+        raise OSError(error.errno, reason, str(error.filename or place)) from error

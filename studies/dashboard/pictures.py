@@ -11,6 +11,7 @@ from optuna import Study, Trial
 from optuna.artifacts import FileSystemArtifactStore, get_all_artifact_meta, upload_artifact
 from optuna.trial import FrozenTrial
 
+from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
@@ -30,6 +31,7 @@ class Pictures:
         folder.mkdir(parents=True, exist_ok=True)
         self._problem = problem
         self._study = study
+        self._folder = folder
         self._store = FileSystemArtifactStore(folder)
 
     def promise(self, trial: Trial | Study) -> None:
@@ -56,8 +58,9 @@ class Pictures:
                 if meta.filename not in makers:
                     continue
                 figure = makers[meta.filename](self._problem, design)
-                with save(figure, Path(folder) / meta.filename).open("rb") as file:
-                    self._store.write(meta.artifact_id, file)
+                drawn = save(figure, Path(folder) / meta.filename)
+                with whole_file(self._folder / meta.artifact_id) as part:
+                    part.write_bytes(drawn.read_bytes())
                 addresses.append(self._address(owner, meta.artifact_id))
         return addresses
 

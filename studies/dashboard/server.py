@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ from pkm_gym.studies.storage.storages import (
 
 HOST = "127.0.0.1"
 PORT = 8080
+OWN = {"127.0.0.1", "localhost", "[::1]"}  # how a browser here calls this machine
 
 
 class Server(ThreadingMixIn, WSGIServer):
@@ -51,7 +53,30 @@ def app(where: str) -> Any:
         raise ValueError(f"the storage {redacted(where)!r} is empty: `pkm-gym search` fills it")
     folder = artifact_folder(where)
     folder.mkdir(parents=True, exist_ok=True)
-    return wsgi(storage, artifact_store=FileSystemArtifactStore(folder))
+    return _own_only(wsgi(storage, artifact_store=FileSystemArtifactStore(folder)))
+
+
+def _own_only(application: Any) -> Any:
+    """Refuse requests to another host's name, or sent by a page of one.
+
+    A page may have its own name point to this machine, and could then do what the dashboard does:
+    read, change and delete studies.
+    """
+
+    def guarded(environ: dict[str, Any], start_response: Any) -> Any:
+        host = environ.get("HTTP_HOST", "")
+        origin = environ.get("HTTP_ORIGIN", f"http://{host}").partition("://")[2]
+        if {_name(host), _name(origin)} <= OWN:
+            return application(environ, start_response)
+        start_response("403 Forbidden", [("Content-Type", "text/plain")])
+        return [b"Only pages of this machine may use the dashboard.\n"]
+
+    return guarded
+
+
+def _name(address: str) -> str:
+    """Return an address without its port."""
+    return re.sub(r":\d*$", "", address).lower()
 
 
 @contextmanager

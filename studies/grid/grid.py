@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 from optuna import Study, create_trial
 from optuna.distributions import BaseDistribution, FloatDistribution
+from optuna_dashboard import get_note  # type: ignore[attr-defined]  # has no __all__
 from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import trial_attributes, trial_values
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.runs import if_full, run_folder
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
@@ -55,7 +56,7 @@ def grid_bar(
 
 
 def log_best(study: Study, evaluation: Evaluation) -> int:
-    """Add the best feasible designs of an evaluation to an empty study; return how many."""
+    """Add the best feasible designs of an evaluation that a study lacks; return how many it has."""
     problem = evaluation.problem
     space: dict[str, BaseDistribution] = {
         v.name: FloatDistribution(v.low, v.high) for v in problem.variables
@@ -70,7 +71,7 @@ def log_best(study: Study, evaluation: Evaluation) -> int:
             user_attrs=trial_attributes(evaluation, i),
             constraints=constraints_of(evaluation, i),
         )
-        for i in best
+        for i in best[count_finished(study) :]
     )
     return len(best)
 
@@ -103,15 +104,16 @@ def grid(
     """
     evaluation = evaluate_grid(problem, step, progress)
     where = storage or default_storage(problem.name)
-    with quiet():
+    folder = artifact_folder(where)
+    with quiet(), if_full("what is whole is kept, and the same command makes the rest", folder):
         study = open_study(
             problem, open_storage(where), name or grid_study_name(problem, step), command=command
         )
         save_atlas(atlas(evaluation, command), output or run_folder(problem.name) / "grid.nc")
-        if count_finished(study) or log_best(study, evaluation) == 0:
+        if log_best(study, evaluation) == 0 or get_note(study):
             return evaluation
         best = problem.evaluate(evaluation.designs[evaluation.best()][None])
-        pictures = Pictures(problem, study, artifact_folder(where))
+        pictures = Pictures(problem, study, folder)
         pictures.promise(study)
         write_note(study, best, best_of_grid(problem, step), pictures.draw(study, best.designs[0]))
     return evaluation

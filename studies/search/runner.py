@@ -7,20 +7,30 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 import numpy as np
 from optuna import Study, Trial
-from optuna.trial import TrialState
+from optuna.exceptions import UpdateFinishedTrialError
 
+from pkm_gym.core.cache import say_once
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.dashboard.pictures import Pictures
+from pkm_gym.studies.search.claims import Claims
 from pkm_gym.studies.search.samplers import score
-from pkm_gym.studies.storage.studies import Values, count_finished, designs_of, finished
+from pkm_gym.studies.storage.studies import (
+    Values,
+    count_finished,
+    designs_of,
+    fail_stale,
+    finished,
+)
 
+PAUSE = 0.1  # seconds between two looks at whether other workers have finished their trials
+PAUSES = 20  # after so many it is said that they are waited for
 DRAW_EVERY = 30.0  # seconds between pictures while a search runs
 
 Report = Callable[[int, Evaluation], None]
@@ -35,6 +45,7 @@ class Runner:
         trials: how many finished trials the study shall have.
         values: what the study's values are.
         batch: designs an ``evaluate``.
+        worker: number of this process among those that share the study.
         pictures: draws the best designs.
         report: called after each batch with the finished trials and the best design.
     """
@@ -47,6 +58,7 @@ class Runner:
         trials: int,
         values: Values = "objectives",
         batch: int = 1,
+        worker: int = 0,
         pictures: Pictures | None = None,
         report: Report | None = None,
     ) -> None:
@@ -61,7 +73,8 @@ class Runner:
         self._batch = batch
         self._pictures = pictures
         self._report = report
-        self._open = 0
+        self._claims = Claims(study, trials, worker)
+        self._pauses = 0
         self._drawn_at = time.monotonic()
         self._lock = threading.Lock()
         self._stop = threading.Event()
@@ -70,7 +83,7 @@ class Runner:
 
     def run(self, jobs: int = 1) -> bool:
         """Run until the study has its trials, in ``jobs`` threads; return whether Ctrl-C came."""
-        with interruptible(self._stop):
+        with interruptible(self._stop), self._claims:
             if jobs == 1:
                 self._work()
             else:
@@ -80,45 +93,47 @@ class Runner:
         return self._stop.is_set()
 
     def _work(self) -> None:
-        while not self._stop.is_set() and (size := self._take()) > 0:
-            try:
-                self._step(size)
-            except BaseException:
-                self._stop.set()
-                raise
-            finally:
-                with self._lock:
-                    self._open -= size
-
-    def _take(self) -> int:
-        """Return how many trials to open: one at first, for samplers learn the space from it."""
-        with self._lock:
-            done = count_finished(self.study)
-            size = min(self._batch if done else 1, self._trials - done - self._open)
-            self._open += max(size, 0)
-            return size
-
-    def _step(self, size: int) -> None:
-        trials: list[Trial] = []
         try:
-            with self._lock:
-                designs = [self._ask(trials) for _ in range(size)]
-            evaluation = self._problem.evaluate(np.array(designs))
-            with self._lock:
-                self._keep_best(trials, evaluation)
-            for i, trial in enumerate(trials):
-                self.study.tell(trial, score(trial, evaluation, i, self._values))
+            while not self._stop.is_set():
+                if trials := self._take():
+                    self._step(trials)
+                elif count_finished(self.study) >= self._trials:
+                    return
+                else:
+                    self._wait()
         except BaseException:
-            for trial in trials:
-                self.study.tell(trial, state=TrialState.FAIL, skip_if_finished=True)
+            self._stop.set()
             raise
+
+    def _take(self) -> list[tuple[Trial, FloatArray]]:
+        """Open some trials: one at first, for samplers learn the space from it."""
+        with self._lock:
+            most = self._batch if count_finished(self.study) else 1
+            size = min(most, self._claims.free())
+            claims = [self._claims.claim(self._objective.suggest) for _ in range(size)]
+            return [claim for claim in claims if claim]
+
+    def _step(self, opened: list[tuple[Trial, FloatArray]]) -> None:
+        trials = [trial for trial, _ in opened]
+        evaluation = self._problem.evaluate(np.array([design for _, design in opened]))
+        with self._lock:
+            self._keep_best(trials, evaluation)
+        for i, trial in enumerate(trials):
+            with self._claims.closing(trial):
+                values = score(trial, evaluation, i, self._values)
+                self.study.tell(trial, values, skip_if_finished=True)
         with self._lock:
             self.ran = True
             self._show()
 
-    def _ask(self, trials: list[Trial]) -> FloatArray:
-        trials.append(self.study.ask())
-        return self._objective.suggest(trials[-1])
+    def _wait(self) -> None:
+        """Wait for the trials that others have open; give up those of processes that died."""
+        with self._lock:
+            fail_stale(self.study)
+            self._pauses += 1
+            if self._pauses == PAUSES:
+                say_once("waiting for the trials that other workers have open")
+        self._stop.wait(PAUSE)
 
     def _keep_best(self, trials: Sequence[Trial], evaluation: Evaluation) -> None:
         i = evaluation.best()
@@ -129,7 +144,8 @@ class Runner:
         self.best = self._problem.evaluate(evaluation.designs[i : i + 1])
         self.best_trial = trials[i].number
         if self._pictures:
-            self._pictures.promise(trials[i])
+            with suppress(UpdateFinishedTrialError):  # taken for dead while this process slept
+                self._pictures.promise(trials[i])
 
     def _show(self) -> None:
         assert self.best is not None

@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from optuna import Study
+from optuna_dashboard import get_note  # type: ignore[attr-defined]  # has no __all__
 from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import show as show_value
+from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.dashboard.notes import write_graphs, write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
@@ -22,6 +24,7 @@ from pkm_gym.studies.storage.storages import artifact_folder, default_storage, o
 from pkm_gym.studies.storage.studies import count_finished, fail_stale, open_study, version_note
 
 TRIALS = 500
+KEPT = "every finished trial is kept, and the same command goes on from there"
 
 
 @dataclass(frozen=True)
@@ -91,13 +94,14 @@ def search(
             "the sampler designer proposes one design at a time: leave --batch and --jobs at 1"
         )
     where, values = storage or default_storage(problem.name), values_for(sampler)
-    with quiet():
+    folder = artifact_folder(where)
+    with quiet(), if_full(KEPT, folder):
         starts = [warm_designs(problem, source, where) for source in warm_start]
         store = open_storage(where)
         study = open_study(
             problem, store, name or f"{problem.name}-{sampler}", values=values, command=command
         )
-        fail_stale(study)
+        fail_stale(study, worker)
         begun = len(study.get_trials(deepcopy=False))
         study.sampler = sampler_for(problem, sampler, seed=seed, start=begun, worker=worker)
         if sampler == "cmaes" and begun == 0:
@@ -105,21 +109,23 @@ def search(
             starts.insert(0, 0.5 * (problem.low + problem.high)[None])
         if count_finished(study) < trials:
             enqueue(study, problem, starts)
-        pictures = Pictures(problem, study, artifact_folder(where))
+        pictures = Pictures(problem, study, folder)
         runner = Runner(
             study,
             problem,
             trials=trials,
             values=values,
             batch=batch,
+            worker=worker,
             pictures=pictures,
             report=report,
         )
         stopped = runner.run(jobs)
         best, trial = answer(study, problem)
-        if runner.ran:
+        title = f"best, trial {trial}"
+        if runner.ran or title not in get_note(study):
             addresses = pictures.draw(study.get_trials(deepcopy=False)[trial], best.designs[0])
-            write_note(study, best, f"best, trial {trial}", addresses)
+            write_note(study, best, title, addresses)
             write_graphs(study, problem)
     return SearchResult(
         study, best, trial, where, count_finished(study), stopped, version_note(study)

@@ -18,6 +18,7 @@ from pkm_gym.core.pool import write_npz
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import AGREEMENT, ARRAYS, Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
+from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
@@ -88,7 +89,10 @@ def solve(job: Job, screen: Console) -> Solutions:
     resumed = solved.evaluations if solved else 0
     began = time.monotonic()
     try:
-        solved = _solve_rest(job, solved, screen)
+        with if_full(
+            f"what is solved is kept in {job.part}, and the same command goes on", job.part
+        ):
+            solved = _solve_rest(job, solved, screen)
     except KeyboardInterrupt:
         screen.print(
             f"what is solved is kept in {job.part}: the same command goes on from there"

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import optuna
-from optuna.storages import BaseStorage, JournalStorage, RDBStorage
+from optuna.storages import BaseStorage, JournalStorage
 
 from pkm_gym.studies.cli.runs import RUNS, redacted, run_folder
-from pkm_gym.studies.storage.journal import Journal
+from pkm_gym.studies.storage.journal import DamagedJournal, Journal
 
 JOURNAL = "studies.journal"
 ARTIFACTS = "artifacts"
@@ -38,8 +38,12 @@ def default_storage(name: str) -> str:
 
 
 def exists(where: str) -> bool:
-    """Whether a storage is there to be read; a database is taken to be."""
-    return is_url(where) or Path(where).is_file()
+    """Whether a storage is there to be read; a database of a server is taken to be."""
+    if not is_url(where):
+        return Path(where).is_file()
+    from pkm_gym.studies.storage.database import is_there
+
+    return is_there(where)
 
 
 def artifact_folder(where: str) -> Path:
@@ -52,34 +56,36 @@ def open_storage(where: str, *, create: bool = True) -> BaseStorage:
 
     Args:
         where: the path of a journal, or a URL such as ``sqlite:///studies.db``.
-        create: whether a missing journal is made.
+        create: whether what is missing is made.
 
     Raises:
         ValueError: in one sentence, if it can't be opened or is no storage.
     """
-    if is_url(where):
-        return _open_database(where)
-    path = Path(where).absolute()
     if not create and not exists(where):
-        raise ValueError(f"there is no storage {where!r}: `pkm-gym search` makes one")
+        raise ValueError(f"there is no storage {redacted(where)!r}: `pkm-gym search` makes one")
+    if not is_url(where):
+        return _open_journal(where)
+    from pkm_gym.studies.storage.database import Database
+
+    return Database(where, create=create)
+
+
+def _open_journal(where: str) -> JournalStorage:
+    path = Path(where).absolute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return JournalStorage(Journal(path))
+        journal = Journal(path)
     except OSError as error:
         raise ValueError(f"can't open the storage {where!r}: {error.strerror or error}") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
-        raise ValueError(
-            f"{where!r} is no journal of Optuna, or a damaged one: give another file, or a URL "
-            "such as sqlite:///studies.db"
-        ) from None
-
-
-def _open_database(url: str) -> RDBStorage:
     try:
-        return RDBStorage(url)
-    except Exception as error:  # every database driver raises its own
-        reason = str(error).strip().splitlines()[0]
-        raise ValueError(f"can't open the storage {redacted(url)!r}: {reason}") from None
+        return JournalStorage(journal)
+    except DamagedJournal:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, AssertionError):
+        raise ValueError(
+            f"{where!r}, line {journal.line}, is damaged: restore the file, or give another "
+            "--storage"
+        ) from None
 
 
 def study_names(storage: BaseStorage) -> list[str]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import time
 import warnings
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime, timedelta
 from importlib.metadata import version
@@ -12,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import optuna
 from optuna import Study
+from optuna.exceptions import UpdateFinishedTrialError
 from optuna.storages import BaseStorage
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
@@ -23,8 +26,15 @@ from pkm_gym.studies.storage.storages import study_names
 
 LIBRARIES = ("pkm_gym", "optuna", "numpy", "numba")
 
-# A trial that has been running for longer was left behind by a process that died.
+# A process shows signs of life for the trials that it has open. Without one for so long it is taken
+# for dead; trials of others, which show none, may take longer.
+HEARTBEAT, SILENCE = 10.0, 30.0  # seconds
 STALE = timedelta(minutes=10)
+
+SIGN = "alive"  # the last sign: number of the process, seconds since 1970
+ENQUEUED = "fixed_params"  # Optuna's name for the design of a trial that was enqueued
+
+LIVE = (TrialState.COMPLETE, TrialState.RUNNING, TrialState.WAITING)
 
 # What the values of a study's trials are.
 Values = Literal["objectives", "merit"]
@@ -159,11 +169,43 @@ def count_finished(study: Study) -> int:
     return len(finished(study))
 
 
-def fail_stale(study: Study) -> None:
-    """Tell as failed what a process that died has left running."""
+def live(trials: list[FrozenTrial]) -> list[FrozenTrial]:
+    """Return the trials that have values or may still get them."""
+    return [trial for trial in trials if trial.state in LIVE]
+
+
+def enqueued(trial: FrozenTrial) -> dict[str, float] | None:
+    """Return the design that a trial was enqueued with, by name, or None."""
+    design: dict[str, float] | None = trial.system_attrs.get(ENQUEUED)
+    return design
+
+
+def show_alive(study: Study, trial_id: int, worker: int) -> None:
+    """Show that a process is working on a trial."""
+    study._storage.set_trial_system_attr(trial_id, SIGN, [worker, time.time()])
+
+
+def fail_stale(study: Study, beginner: int | None = None) -> None:
+    """Tell as failed what dead processes have left running; designs that were enqueued wait again.
+
+    Args:
+        study: whose trials they are.
+        beginner: number of a process that begins: an earlier one of that number is dead.
+    """
     for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
-        if trial.datetime_start and datetime.now() - trial.datetime_start > STALE:
-            study.tell(trial.number, state=TrialState.FAIL, skip_if_finished=True)
+        if _is_dead(trial, beginner):
+            with suppress(UpdateFinishedTrialError):  # another process was faster
+                study._storage.set_trial_state_values(trial._trial_id, TrialState.FAIL)
+                if design := enqueued(trial):
+                    study.enqueue_trial(design)
+
+
+def _is_dead(trial: FrozenTrial, beginner: int | None) -> bool:
+    if SIGN not in trial.system_attrs:  # somebody else's, or just opened: it has no design yet
+        patience = STALE if trial.params else timedelta(seconds=SILENCE)
+        return datetime.now() - (trial.datetime_start or datetime.now()) > patience
+    worker, at = trial.system_attrs[SIGN]
+    return worker == beginner or time.time() - at > SILENCE
 
 
 def designs_of(study: Study, problem: DesignProblem) -> FloatArray:

@@ -20,7 +20,7 @@ from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
 from pkm_gym.studies.cli.options import Name, SplitsOption
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.runs import if_full, run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
@@ -114,20 +114,20 @@ def command(
         )
     ]  # fmt: skip
     plans = [planned(one, number, folder) for one in dict.fromkeys(settings)]
+    kept = f"{folder} keeps what is done; the same command goes on from there"
     try:
-        logs = run_plans(plans, jobs, screen)
+        with if_full(kept, folder):
+            logs = run_plans(plans, jobs, screen)
     except KeyboardInterrupt:
-        screen.print(
-            f"stopped: {folder} keeps what is done; the same command goes on from there",
-            soft_wrap=True,
-        )
+        screen.print(f"stopped: {kept}", soft_wrap=True)
         raise
     entries = standings(logs)
     show(screen, entries)
-    save_table(entries, folder / "table.csv")
-    save_curves(entries, folder)
-    if leaderboard:
-        enter(entries, leaderboard)
+    with if_full(kept, folder):
+        save_table(entries, folder / "table.csv")
+        save_curves(entries, folder)
+        if leaderboard:
+            enter(entries, leaderboard)
     screen.print(f"written: {folder}", soft_wrap=True)
 
 

@@ -111,6 +111,16 @@ def test_a_file_that_cannot_be_used_is_named(refused, verb):
     assert refused("probe") == "no/such/file: No such file or directory"
 
 
+def test_a_database_that_does_not_answer_any_more_exits_1(run, verb):
+    def probe() -> None:
+        raise TimeoutError("the storage has not answered for 60 s")
+
+    verb(probe)
+    result = run("probe")
+    assert result.exit_code == 1
+    assert result.stderr == "pkm-gym: the storage has not answered for 60 s\n"
+
+
 def test_ctrl_c_exits_130_without_a_traceback(run, verb):
     def probe() -> None:
         raise KeyboardInterrupt
@@ -121,7 +131,9 @@ def test_ctrl_c_exits_130_without_a_traceback(run, verb):
     assert result.stderr == "pkm-gym: interrupted\n"
 
 
-@pytest.mark.parametrize("bug", [RuntimeError("a bug"), ModuleNotFoundError("x", name="x")])
+@pytest.mark.parametrize(
+    "bug", [RuntimeError("a bug"), EOFError("x"), ModuleNotFoundError("x", name="x")]
+)
 def test_a_bug_is_not_hidden(run, verb, bug):
     def probe() -> None:
         raise bug

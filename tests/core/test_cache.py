@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import time
 from collections.abc import Callable
@@ -151,6 +152,27 @@ def test_a_folder_that_others_may_write_to_is_not_used(call: Call, tmp_path: Pat
         assert "at every start" in done.stderr
 
 
+def test_a_file_in_the_place_of_the_folder_is_done_without(call: Call, tmp_path: Path) -> None:
+    expected = call().stdout
+    folder = tmp_path / "cache" / "kernels"
+    shutil.rmtree(folder)
+    folder.write_text("in the way")
+    for _ in range(2):
+        done = call()
+        assert done.stdout == expected
+        assert "no writable cache folder: at every start" in done.stderr
+        assert done.stderr.count("\n") == 1
+
+
+def test_a_full_disk_is_done_without(call: Call, tmp_path: Path, limited: Callable) -> None:
+    with limited(1000):
+        done = call()
+    assert done.stdout.split() == ["112.0", "326.0", "4.0"]
+    assert done.stderr.count("compiled kernels can't be kept in") == 1
+    assert done.stderr.count("\n") == 2  # that, and that kernels are compiled
+    assert files(tmp_path) == set()
+
+
 def test_a_folder_of_somebody_else_is_not_used(call: Call, tmp_path: Path) -> None:
     if os.getuid() != 0:
         pytest.skip("only root can give a folder away")
@@ -158,6 +180,20 @@ def test_a_folder_of_somebody_else_is_not_used(call: Call, tmp_path: Path) -> No
     folder = tmp_path / "cache" / "kernels"
     os.chown(folder, 12345, 12345)
     assert f"{folder} is not used" in call().stderr
+
+
+def test_a_file_of_somebody_else_is_made_anew(call: Call, tmp_path: Path) -> None:
+    if os.getuid() != 0:
+        pytest.skip("only root can give a file away")
+    expected = call().stdout
+    planted = files(tmp_path)
+    for path in planted:
+        os.chown(path, 12345, 12345)
+    mended = call()
+    assert mended.stdout == expected
+    assert mended.stderr.count("damaged files in") == 1
+    assert 0 in {path.stat().st_uid for path in planted}
+    assert call().stderr == ""
 
 
 def test_what_nobody_uses_is_removed(call: Call, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import shutil
 import socket
@@ -12,7 +13,7 @@ import pytest
 
 from pkm_gym.studies.dashboard.server import serving, storages
 from pkm_gym.studies.search.search import search
-from pkm_gym.studies.storage.storages import default_storage, open_storage
+from pkm_gym.studies.storage.storages import default_storage, open_storage, study_names
 
 CHROMIUM, DRIVER = (shutil.which(name) for name in ("chromium", "chromedriver"))
 FLAGS = (
@@ -85,6 +86,34 @@ def test_the_address_serves_the_studies_of_a_storage(searched):
         with urllib.request.urlopen(f"{root}/api/studies", timeout=60) as answer:
             names = [study["study_name"] for study in json.load(answer)["study_summaries"]]
     assert names == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 204),
+        ({"Host": "localhost"}, 204),
+        ({"Host": "LOCALHOST:8080"}, 204),
+        ({"Host": "[::1]:8080"}, 204),
+        ({"Origin": "http://localhost:8080"}, 204),
+        ({"Host": "elsewhere.example"}, 403),
+        ({"Host": "elsewhere.example:8080"}, 403),
+        ({"Host": "127.0.0.1.elsewhere.example"}, 403),
+        ({"Host": "192.168.0.7:8080"}, 403),
+        ({"Host": ""}, 403),
+        ({"Origin": "http://elsewhere.example"}, 403),
+        ({"Origin": "null"}, 403),
+    ],
+)
+def test_only_pages_of_this_machine_may_delete_a_study(searched, headers, status):
+    searched(trials=1)
+    with serving(default_storage("diamond"), 0) as address:
+        root = address.removesuffix("/dashboard").removeprefix("http://")
+        connection = http.client.HTTPConnection(root, timeout=60)
+        connection.request("DELETE", "/api/studies/0", b"{}", headers)
+        assert connection.getresponse().status == status
+        connection.close()
+    assert len(study_names(open_storage(default_storage("diamond")))) == (status == 403)
 
 
 def test_a_port_that_is_taken_is_refused(searched):

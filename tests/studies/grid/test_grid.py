@@ -92,6 +92,19 @@ def test_the_study_gets_the_best_feasible_designs_once(diamond):
     assert "best of the paper's grid" in get_note(stored())
 
 
+def test_a_study_that_was_cut_short_is_completed(diamond, monkeypatch):
+    with monkeypatch.context() as short:
+        short.setattr("pkm_gym.studies.grid.grid.LOGGED", 57)
+        grid(diamond)
+    first = [(t.number, t.params) for t in finished(stored())]
+    assert len(first) == 57
+    evaluation = grid(diamond)
+    trials = finished(stored())
+    assert [(t.number, t.params) for t in trials][:57] == first
+    best = np.sort(evaluation.objectives[evaluation.feasible, 0])[:LOGGED]
+    np.testing.assert_array_equal([t.value for t in trials], best)
+
+
 def test_without_a_feasible_design_the_atlas_is_written_and_the_study_empty():
     problem = pkm_gym.make_problem("diamond", task={"sigma_low": 1.2, "sigma_high": 1.2})
     assert not grid(problem).feasible.any()

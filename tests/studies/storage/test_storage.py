@@ -212,11 +212,18 @@ def test_other_versions_of_libraries_are_only_mentioned(searched, monkeypatch):
     assert "9.9 now" in found.note
 
 
-def test_trials_that_a_dead_process_left_running_are_told_as_failed(searched, monkeypatch):
+@pytest.mark.parametrize("begun", [False, True])
+def test_trials_that_a_dead_process_left_running_are_told_as_failed(
+    searched, diamond, monkeypatch, begun
+):
+    """Without a sign of life, as other tools or an earlier version leave them."""
     study = searched(trials=3).study
-    study.ask()
+    trial = study.ask()
+    if begun:
+        diamond.objective_for(diamond.task).suggest(trial)
     studies.fail_stale(study)
     assert [t.state for t in study.trials][3:] == [TrialState.RUNNING]
-    monkeypatch.setattr(studies, "STALE", timedelta(0))
+    patience = ("STALE", timedelta(0)) if begun else ("SILENCE", 0.0)
+    monkeypatch.setattr(studies, *patience)
     assert searched(trials=4).finished == 4
     assert [t.state for t in study.trials][3:] == [TrialState.FAIL, TrialState.COMPLETE]
