@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,8 +65,24 @@ class TrialObjective:
         )
 
     def __call__(self, trial: Any) -> float | tuple[float, ...]:
-        """Evaluate what the trial suggests; set its constraints and user attributes."""
+        """Evaluate what the trial suggests; set its constraints and user attributes.
+
+        Raises:
+            ValueError: in a study of other directions than the problem's, which would find the
+                worst design.
+        """
+        if hasattr(trial, "study"):
+            self._check([direction.name.lower() for direction in trial.study.directions])
         evaluation = self.problem.evaluate(self.suggest(trial)[None], self.task)
         record(trial, evaluation, 0)
         values = tuple(map(float, trial_values(evaluation)[0]))
         return values[0] if len(values) == 1 else values
+
+    def _check(self, directions: Sequence[str]) -> None:
+        wanted = self.problem.directions
+        if tuple(directions) != wanted:
+            names = " and ".join(objective.name for objective in self.problem.objectives)
+            raise ValueError(
+                f"the study is to {' and '.join(directions)}, but {names} of {self.problem.name} "
+                f"to {' and '.join(wanted)}: make it with pkm_gym.studies.create_study(problem)"
+            )

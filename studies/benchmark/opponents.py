@@ -14,10 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-import optuna
 from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
 from optuna.samplers import BaseSampler, TPESampler
-from optuna.study import StudyDirection
 
 from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.methods import Search, method
@@ -25,6 +23,7 @@ from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
+from pkm_gym.studies import create_study
 from pkm_gym.studies.search.samplers import check_sampler, make_sampler, score, values_for
 from pkm_gym.studies.storage.storages import quiet
 from pkm_gym.studies.storage.studies import Values
@@ -53,12 +52,10 @@ def sampler_search(
 
     def search(evaluator: Evaluator) -> None:
         problem = evaluator.problem
-        names = ("minimize",) if values == "merit" else problem.directions
-        directions = [StudyDirection[name.upper()] for name in names]
         seed = int(evaluator.generator.integers(2**31))
         suggest = problem.objective_for().suggest
         with quiet():
-            study = optuna.create_study(sampler=make(seed), directions=directions)
+            study = create_study(problem, merit=values == "merit", sampler=make(seed))
             for design in first(evaluator.task) if first else ():
                 study.enqueue_trial(dict(zip(problem.variable_names, design, strict=True)))
             while True:

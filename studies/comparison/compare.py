@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import optuna
-from optuna.study import StudyDirection
 from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.studies import create_study
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import evaluate_grid
@@ -117,11 +116,9 @@ def run(problem: DesignProblem, sampler: str, *, seed: int, evaluations: int) ->
     """Search in memory and return the evaluation of the answer, one design."""
     check_sampler(sampler, len(problem.objectives))
     values = values_for(sampler)
-    words = problem.directions if values == "objectives" else ("minimize",)
     with quiet():
-        study = optuna.create_study(
-            sampler=make_sampler(sampler, seed=seed),
-            directions=[StudyDirection[word.upper()] for word in words],
+        study = create_study(
+            problem, merit=values == "merit", sampler=make_sampler(sampler, seed=seed)
         )
         runner = Runner(study, problem, trials=evaluations, values=values)
         if runner.run():

@@ -16,12 +16,12 @@ import optuna
 from optuna import Study
 from optuna.exceptions import UpdateFinishedTrialError
 from optuna.storages import BaseStorage
-from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
 from pkm_gym.core.names import unknown
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
+from pkm_gym.studies import create_study
 from pkm_gym.studies.storage.storages import study_names
 
 LIBRARIES = ("pkm_gym", "optuna", "numpy", "numba")
@@ -75,10 +75,8 @@ def open_study(
         ValueError: in one sentence, if the study stands for another problem, task or kind of
             values.
     """
-    words = problem.directions if values == "objectives" else ("minimize",)
-    directions = [StudyDirection[word.upper()] for word in words]
-    study = optuna.create_study(
-        study_name=name, storage=storage, directions=directions, load_if_exists=True
+    study = create_study(
+        problem, merit=values == "merit", study_name=name, storage=storage, load_if_exists=True
     )
     identity = _identity(problem, values)
     kept = study.user_attrs
