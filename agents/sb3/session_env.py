@@ -47,14 +47,36 @@ class SessionVecEnv(VecEnv):
         )
 
     def reset(self) -> npt.NDArray[np.float32]:
-        """Open a new session in each environment, with the seeds given before."""
-        observations, _ = self.sessions.reset(
-            seed=None if self._seeds[0] is None else list(self._seeds)
-        )
+        """Open a new session in each environment, with the seeds and options given before.
+
+        Raises:
+            ValueError: for an unknown option or an illegal value.
+        """
+        seeds = None if self._seeds[0] is None else list(self._seeds)
+        for options, mask in self._asked():
+            asked = {**options, "reset_mask": mask}
+            observations, infos = self.sessions.reset(seed=seeds, options=asked)
+            for row in np.flatnonzero(mask).tolist():
+                self.reset_infos[row] = _of_row(infos, row)
         self._returns[:] = 0.0
         self._reset_seeds()
         self._reset_options()
         return observations
+
+    def _asked(self) -> list[tuple[dict[str, Any], npt.NDArray[np.bool_]]]:
+        """Return the options, each with the sessions (n,) that they are for."""
+        if len(self._options) != self.num_envs:
+            raise ValueError(
+                f"set_options got {len(self._options)} dictionaries: it must be one for all, or "
+                f"one for each of the {self.num_envs} sessions"
+            )
+        given = {id(options) if options else 0: options for options in self._options}
+        keys = np.array([id(options) if options else 0 for options in self._options])
+        return [(options, keys == key) for key, options in given.items()]
+
+    def get_images(self) -> Sequence[npt.NDArray[np.uint8] | None]:
+        """Draw the design that each session evaluated last."""
+        return self.sessions.render() or [None] * self.num_envs
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
         """Keep the actions (n, d) of the next step."""
@@ -143,3 +165,12 @@ class SessionVecEnv(VecEnv):
             "l": self.sessions.rules.budget,
             "t": time.monotonic() - self._began,
         }
+
+
+def _of_row(infos: dict[str, Any], row: int) -> dict[str, Any]:
+    """Return what is said of one session in infos that are batched as Gymnasium batches them."""
+    return {
+        name: _of_row(value, row) if isinstance(value, dict) else value[row]
+        for name, value in infos.items()
+        if not name.startswith("_") and infos[f"_{name}"][row]
+    }

@@ -18,10 +18,13 @@ from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
-from pkm_gym.studies.cli.options import JsonOption, Name, PictureOption, SetOption
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.options import DesignFileOption, JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
+from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.design import Report, content, draw, show_report
+
+UNSOLVED = 1
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,7 @@ class AnsweredTask:
 def command(
     name: Name,
     set_: SetOption = None,
+    design: DesignFileOption = None,
     budget: Annotated[
         int | None,
         typer.Option(
@@ -88,25 +92,31 @@ def command(
 ) -> None:
     """Have a trained designer answer a task with dimensions, in a handful of evaluations.
 
+    The exit code is 1 where it finds no feasible design.
+
     Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
     """
-    problem = problem_from(name, set_, family=True)
+    problem = problem_from(name, set_, file=design, family=True)
     designer = load_designer(model) if model else designer_for(problem)
     if designer.problem.hash() != problem.hash():
         raise ValueError(f"{model!r} is a designer of another problem than {name} as it is set")
     answered = answer(designer, problem.task, budget)
     report = _report(answered, problem.task)
+    folder = task_folder(problem)
     if picture is None and not as_json:
-        picture = run_folder(problem.name) / "design.png"
+        picture = folder / "design.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
         print(json.dumps(content(report) | _content(answered), indent=2))
-        return
-    screen = console()
-    show_report(screen, report)
-    _show(screen, answered)
-    screen.print(f"\npicture: {picture}", soft_wrap=True)
+    else:
+        screen = console()
+        show_report(screen, report)
+        _show(screen, answered)
+        screen.print(f"\npicture: {picture}", soft_wrap=True)
+        hand_over(screen, report.evaluation, folder / "design.toml")
+    if not report.feasible:
+        raise typer.Exit(UNSOLVED)
 
 
 def answer(designer: Designer, task: Task, budget: int | None = None) -> AnsweredTask:
@@ -121,8 +131,11 @@ def _report(answered: AnsweredTask, task: Task) -> Report:
     problem = answered.problem.with_task(task, **answered.problem.declared.reporting)
     count = answered.designs.designs.shape[1]
     given = GivenDesign(problem, answered.design, task, _outside(task))
+    evaluation = problem.evaluate(answered.design[None], task)
     title = f"the answer of a trained designer after {count} evaluations"
-    return Report(given, problem.evaluate(answered.design[None], task), title)
+    if not evaluation.feasible[0]:
+        title = f"none of the {count} designs that a trained designer tried is feasible"
+    return Report(given, evaluation, title)
 
 
 def _outside(task: Task) -> tuple[str, ...]:

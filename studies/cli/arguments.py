@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.mechanism import Mechanism
@@ -16,6 +17,7 @@ from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
 from pkm_gym.mechanisms import problem_type, usable_problems
+from pkm_gym.studies.cli.design_file import DesignFile, read_design
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
@@ -32,6 +34,7 @@ class GivenDesign:
         task: the problem's task, with the fields that the dimensions settle.
         notes: sentences that say what was settled or filled in.
         names: what the user gave of it; without any it is the printed design.
+        file: where it was read, if it was.
     """
 
     problem: DesignProblem
@@ -39,6 +42,7 @@ class GivenDesign:
     task: Task
     notes: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    file: DesignFile | None = None
 
 
 def problem_from(
@@ -49,6 +53,7 @@ def problem_from(
     objective: Sequence[str] | None = None,
     free: Sequence[str] | None = None,
     *,
+    file: Path | None = None,
     family: bool = False,
     **options: Any,
 ) -> DesignProblem:
@@ -61,6 +66,7 @@ def problem_from(
         range_: ``VARIABLE=LOW:HIGH``.
         objective: names of objectives, the default one if empty.
         free: names of the variables that are searched, or "all"; the usual ones if empty.
+        file: of a design, whose task, options and objectives hold where nothing else is said.
         family: whether it is the Family's problem, as ``family_problem`` makes it.
         options: options of the mechanism that ``set_`` overrides.
 
@@ -69,6 +75,11 @@ def problem_from(
             none, a wrong unit, or a value that is not allowed.
     """
     kind = problem_type(name)
+    if file is not None:
+        known = read_design(file, kind)
+        words = known.words(design=False)
+        words = {k: x for k, x in words.items() if k not in kind.declared.reporting}
+        set_, objective = _beside(words, set_), objective or known.objectives
     settings = _settings(kind, set_)
     for key, text in settings.design.items():
         raise ValueError(
@@ -86,17 +97,23 @@ def design_from(
     range_: Texts = None,
     objective: Sequence[str] | None = None,
     free: Sequence[str] | None = None,
+    *,
+    file: Path | None = None,
     **options: Any,
 ) -> GivenDesign:
     """Return the design in ``set_``, and its problem: what isn't given is as printed or by default.
 
-    The arguments are those of ``problem_from``; ``set_`` may hold variables or dimensions too.
+    The arguments are those of ``problem_from``; ``set_`` may hold variables or dimensions too, and
+    so may the file.
 
     Raises:
         ValueError: in one sentence, as ``problem_from`` does, for numbers that make no design, or
             dimensions that disagree with a task field given beside them.
     """
     kind = problem_type(name)
+    known = read_design(file, kind) if file is not None else None
+    if known is not None:
+        set_, objective = _beside(known.words(design=True), set_), objective or known.objectives
     settings = _settings(kind, set_)
     held = {v.name for v in kind.all_variables if not (v.searched or free)}
     fix = [*(fix or ()), *(f"{k}={x}" for k, x in settings.design.items() if k in held)]
@@ -108,7 +125,8 @@ def design_from(
     values, changes = problem.from_dimensions(given, problem.task)
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
     default = dict(zip(problem.variable_names, problem.printed_design().tolist(), strict=True))
-    notes = [
+    notes = [*(known.notes if known else ())]
+    notes += [
         f"{', '.join(given)} set task.{item.name} = {show(value, item.unit)} ({item.doc})"
         for item, value in _fields(problem, changes)
     ]
@@ -117,7 +135,7 @@ def design_from(
         origin = "as printed in the paper" if problem.reference else "as in the default design"
         notes.append(f"{', '.join(kept)} {origin}")
     design = problem.design({**default, **values})
-    return GivenDesign(problem, design, task, tuple(notes), tuple(given))
+    return GivenDesign(problem, design, task, tuple(notes), tuple(given), known)
 
 
 @dataclass(frozen=True)
@@ -127,6 +145,12 @@ class _Settings:
     task: dict[str, float]
     options: dict[str, Any]
     design: dict[str, str]
+
+
+def _beside(words: Mapping[str, str], set_: Texts) -> list[str]:
+    """Return settings: those of a file, and over them what the user says."""
+    said = {**words, **_assignments("--set", set_)}
+    return [f"{key}={text}" for key, text in said.items()]
 
 
 def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
@@ -164,15 +188,33 @@ def _arguments(
     check_known("variable", (*fixed, *ranges), units)
     for key in fixed.keys() & ranges.keys():
         raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
+    held = {key: parse(text, units[key], what=key) for key, text in fixed.items()}
+    _check_within(kind, held)
     return {
         "task": settings.task,
         "objective": objective or None,
         "free": free or None,
-        "fixed": {key: parse(text, units[key], what=key) for key, text in fixed.items()},
+        "fixed": held,
         "bounds": {key: _interval(key, text, units[key]) for key, text in ranges.items()},
         **options,
         **settings.options,
     }
+
+
+def _check_within(kind: type[DesignProblem], held: Mapping[str, float]) -> None:
+    """Refuse to search at a value that no search of the variable would try."""
+    for variable in kind.all_variables:
+        value = held.get(variable.name)
+        if value is None or not variable.searched:
+            continue
+        wide = kind.declared.family.get("bounds", {}).get(variable.name, (variable.low,))
+        low, high = min(variable.low, *wide), max(variable.high, *wide)
+        if not low <= value <= high:
+            least, most = (show(x, variable.unit) for x in (low, high))
+            raise ValueError(
+                f"--fix {variable.name}={show(value, variable.unit)} lies outside its range, "
+                f"{least} to {most}"
+            )
 
 
 def _assignments(flag: str, texts: Texts) -> dict[str, str]:
@@ -202,7 +244,7 @@ def _option(name: str, text: str, default: Any) -> Any:
         return text.lower() in TRUE
     try:
         if isinstance(default, tuple):
-            return tuple(int(part) for part in text.lower().split("x"))
+            return tuple(type(default[0])(part) for part in text.lower().split("x"))
         return type(default)(text)
     except ValueError:
         example = "x".join(map(str, default)) if isinstance(default, tuple) else default
@@ -243,7 +285,11 @@ def known_problems() -> tuple[str, ...]:
     return names
 
 
-def machine_from(name: str, set_: list[str] | None) -> tuple[Mechanism, tuple[str, ...]]:
-    """Return the machine of a design, and how the design was completed."""
-    given = design_from(name, set_)
-    return given.problem.mechanism(given.design, given.task), given.notes
+def machine_from(
+    name: str, set_: list[str] | None, file: Path | None = None
+) -> tuple[Mechanism, tuple[str, ...]]:
+    """Return the machine of a design, how the design was completed, and what it breaks."""
+    given = design_from(name, set_, file=file)
+    evaluation = given.problem.evaluate(given.design[None], given.task)
+    broken = () if evaluation.feasible[0] else tuple(evaluation.explain(0).splitlines())
+    return given.problem.mechanism(given.design, given.task), given.notes + broken

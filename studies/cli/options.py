@@ -49,6 +49,15 @@ DesignOption: TypeAlias = Annotated[
         "(task.payload=1.5kg); options of the mechanism."
     ),
 ]
+DesignFileOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--design",
+        metavar="FILE",
+        help="A design.toml, as verbs that find a design write it; --set holds over it.",
+        show_default=False,
+    ),
+]
 FixOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(

@@ -38,6 +38,11 @@ def output_path(out: Path | None, name: str, stem: str, forms: tuple[str, ...]) 
     return path
 
 
+def file_name(text: str) -> str:
+    """Return a text as the name of a file on any system."""
+    return re.sub(r"[^A-Za-z0-9.=_+-]", "-", text)
+
+
 def own_command() -> str:
     """Return the command line as it was typed, without passwords."""
     return redacted(shlex.join(["pkm-gym", *sys.argv[1:]]))

@@ -17,7 +17,9 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.mechanisms import called
 from pkm_gym.studies import create_study
+from pkm_gym.studies.cli.tasks import differences
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import evaluate_grid
@@ -157,7 +159,9 @@ def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path,
         "version": version("pkm_gym"),
         "command": command,
     }
-    text = markdown(problem, comparison.rows)
+    asked = ", ".join(f"{key} = {x}" for key, x in differences(problem).items())
+    text = f"{called(problem)}: {f'{asked} (SI)' if asked else 'as it comes'}\n\n"
+    text += markdown(problem, comparison.rows)
     if comparison.verdict:
         text += f"\n\n{comparison.verdict}"
     paths = folder / "compare.json", folder / "compare.md"

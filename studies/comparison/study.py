@@ -13,12 +13,16 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import show
 from pkm_gym.mechanisms import called
-from pkm_gym.studies.cli.runs import own_command, run_folder
+from pkm_gym.studies.cli.design_file import write_design
+from pkm_gym.studies.cli.runs import own_command
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import HEAD
+from pkm_gym.studies.cli.words import evaluate_command
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
 from pkm_gym.studies.comparison.compare import save as save_comparison
 from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import grid, grid_bar, grid_line
+from pkm_gym.studies.report.answer import edge_note
 from pkm_gym.studies.report.rows import (
     asks_the_papers_task,
     judged_value,
@@ -30,7 +34,7 @@ from pkm_gym.studies.search.polish import judged, polish, verified_optimum
 from pkm_gym.studies.search.search import TRIALS, search, search_bar
 from pkm_gym.studies.storage.storages import default_storage
 
-PICTURE = "design.png"
+PICTURE, DESIGN = "design.png", "study.toml"
 
 
 def study(
@@ -85,11 +89,12 @@ def study(
     screen.print(_step(4, f"compare {SEEDS} runs of {EVALUATIONS} evaluations of each sampler"))
     with comparison_bar(screen, SEEDS, full=False) as progress:
         comparison = compare(problem, progress=progress)
-    save_comparison(comparison, run_folder(problem.name), command)
+    save_comparison(comparison, task_folder(problem), command)
     screen.print(rich_table(problem, comparison.rows))
     if comparison.verdict:
         screen.print(comparison.verdict)
     _draw(polished)
+    write_design(task_folder(problem) / DESIGN, polished, command)
     return polished
 
 
@@ -100,13 +105,13 @@ def _step(number: int, what: str) -> Text:
 def _draw(best: Evaluation) -> None:
     from pkm_gym.plots import design_figure, save
 
-    save(design_figure(best.problem, best.designs[0]), run_folder(best.problem.name) / PICTURE)
+    save(design_figure(best.problem, best.designs[0]), task_folder(best.problem) / PICTURE)
 
 
 def summary(best: Evaluation) -> list[str]:
     """Say what was found, how it compares, where the files are and how to look at them."""
     problem = best.problem
-    folder = run_folder(problem.name)
+    folder = task_folder(problem)
     first = problem.objectives[0]
     value = float(best.objectives[0, 0])
     units = {v.name: v.unit for v in problem.all_variables}
@@ -117,8 +122,10 @@ def summary(best: Evaluation) -> list[str]:
     optimum = verified_optimum(problem)
     lines.append(f"checked: {judged(row_of('found', best, 0, optimum), optimum)}")
     lines += _beside_paper(best)
-    files = ", ".join(("grid.nc", "compare.md", "compare.json", PICTURE))
+    lines += filter(None, [edge_note(problem, best.designs[0])])
+    files = ", ".join(("grid.nc", "compare.md", "compare.json", PICTURE, DESIGN))
     lines.append(f"files: {files} in {folder}; studies in {default_storage(problem.name)}")
+    lines.append(f"all digits: {evaluate_command(problem, best.designs[0])}")
     lines.append(f"look at it: pkm-gym dashboard {called(problem)}")
     return lines
 

@@ -15,7 +15,8 @@ from rich.console import Console
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.trial import trial_attributes, trial_values
-from pkm_gym.studies.cli.runs import if_full, run_folder
+from pkm_gym.studies.cli.runs import if_full
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import counter
 from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
@@ -109,7 +110,7 @@ def grid(
         study = open_study(
             problem, open_storage(where), name or grid_study_name(problem, step), command=command
         )
-        save_atlas(atlas(evaluation, command), output or run_folder(problem.name) / "grid.nc")
+        save_atlas(atlas(evaluation, command), output or task_folder(problem) / "grid.nc")
         if log_best(study, evaluation) == 0 or get_note(study):
             return evaluation
         best = problem.evaluate(evaluation.designs[evaluation.best()][None])

@@ -8,6 +8,7 @@ import typer
 
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     FixOption,
     FreeOption,
     Name,
@@ -15,7 +16,8 @@ from pkm_gym.studies.cli.options import (
     RangeOption,
     SetOption,
 )
-from pkm_gym.studies.cli.runs import own_command, run_folder
+from pkm_gym.studies.cli.runs import own_command
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
 from pkm_gym.studies.report.rows import rich_table
@@ -36,6 +38,7 @@ def command(
         typer.Option("--agents", help="With PPO and SAC trained on this task, some minutes each."),
     ] = False,
     set_: SetOption = None,
+    design: DesignFileOption = None,
     free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -46,7 +49,7 @@ def command(
     Each counts with its best feasible design; the table goes to runs/NAME/compare.md and, with
     every run, to compare.json.
     """
-    problem = problem_from(name, set_, fix, range_, objective, free)
+    problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     screen = console()
     with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(
@@ -60,5 +63,5 @@ def command(
     screen.print(rich_table(problem, comparison.rows))
     if comparison.verdict:
         screen.print(comparison.verdict)
-    written = save(comparison, run_folder(problem.name), own_command())
+    written = save(comparison, task_folder(problem), own_command())
     screen.print(f"written: {', '.join(map(str, written))}", soft_wrap=True)

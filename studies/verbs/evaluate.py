@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     DesignOption,
     JsonOption,
     Name,
     ObjectiveOption,
     PictureOption,
 )
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
@@ -21,6 +24,7 @@ from pkm_gym.studies.report.design import Report, content, draw, show_report
 def command(
     name: Name,
     set_: DesignOption = None,
+    design: DesignFileOption = None,
     objective: ObjectiveOption = None,
     picture: PictureOption = None,
     as_json: JsonOption = False,
@@ -29,9 +33,9 @@ def command(
 
     Example: pkm-gym evaluate diamond --set e=150mm l1=250mm l2=640mm H=493mm task.payload=1kg
     """
-    report = _evaluate(name, set_, objective)
+    report = _evaluate(name, set_, objective, design)
     if picture is None and not as_json:
-        picture = run_folder(report.problem.name) / "evaluate.png"
+        picture = task_folder(report.problem.with_task(report.given.task)) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
     if as_json:
@@ -41,6 +45,13 @@ def command(
         print(f"\npicture: {picture}")
 
 
-def _evaluate(name: str, set_: list[str] | None, objective: list[str] | None) -> Report:
-    given = design_from(name, set_, objective=objective, **declaration(name).reporting)
-    return Report(given, given.problem.evaluate(given.design[None], given.task))
+def _evaluate(
+    name: str, set_: list[str] | None, objective: list[str] | None, file: Path | None
+) -> Report:
+    options = declaration(name).reporting
+    given = design_from(name, set_, objective=objective, file=file, **options)
+    evaluation = given.problem.evaluate(given.design[None], given.task)
+    if given.file and not set_:
+        notes = given.notes + given.file.differences(evaluation)
+        given = replace(given, notes=notes)
+    return Report(given, evaluation)

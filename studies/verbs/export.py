@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.studies.cli.arguments import machine_from
-from pkm_gym.studies.cli.options import DesignOption, Name, OutOption
+from pkm_gym.studies.cli.options import DesignFileOption, DesignOption, Name, OutOption
 from pkm_gym.studies.cli.runs import output_path
 
 MODELS = (".xml",)
 
 
-def command(name: Name, set_: DesignOption = None, out: OutOption = None) -> None:
+def command(
+    name: Name, set_: DesignOption = None, design: DesignFileOption = None, out: OutOption = None
+) -> None:
     """Write the MuJoCo model (MJCF) of a design; without one, of the design that the paper prints.
 
     Writes runs/NAME/twin.xml if --out names no other file. Open it with
@@ -19,7 +21,7 @@ def command(name: Name, set_: DesignOption = None, out: OutOption = None) -> Non
     Example: pkm-gym export diamond --set l1=260mm e=150mm l2=640mm H=493mm --out diamond.xml
     """
     path = output_path(out, name, "twin", MODELS)
-    machine, notes = machine_from(name, set_)
+    machine, notes = machine_from(name, set_, design)
     from pkm_gym.core.twin import twin_module
     from pkm_gym.twin.camera import first_pose
 

@@ -9,6 +9,7 @@ import typer
 
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     FixOption,
     FreeOption,
     Name,
@@ -19,7 +20,8 @@ from pkm_gym.studies.cli.options import (
     output_option,
     study_name_option,
 )
-from pkm_gym.studies.cli.runs import own_command, redacted, run_folder
+from pkm_gym.studies.cli.runs import own_command, redacted
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, console
 from pkm_gym.studies.grid.grid import (
     LOGGED,
@@ -53,6 +55,7 @@ def command(
         Path | None, output_option("The atlas; runs/NAME/grid.nc if not said.")
     ] = None,
     set_: SetOption = None,
+    design: DesignFileOption = None,
     free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -63,7 +66,7 @@ def command(
     Where there is no such grid, or with --step, it is one of ours. The file is NetCDF:
     xarray.open_dataset reads it.
     """
-    problem = problem_from(name, set_, fix, range_, objective, free)
+    problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     screen = console()
     with grid_bar(screen, problem, step) as progress:
         evaluation = grid(
@@ -80,4 +83,4 @@ def command(
         where = redacted(storage or default_storage(problem.name))
         logged = f"{study_name or grid_study_name(problem, step)} in {where}"
         screen.print(f"study: {logged}, the best {min(feasible, LOGGED)} designs", soft_wrap=True)
-    screen.print(f"atlas: {output or run_folder(problem.name) / 'grid.nc'}", soft_wrap=True)
+    screen.print(f"atlas: {output or task_folder(problem) / 'grid.nc'}", soft_wrap=True)

@@ -12,7 +12,14 @@ import typer
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.studies.cli.arguments import machine_from
-from pkm_gym.studies.cli.options import DesignOption, HeightOption, Name, OutOption, WidthOption
+from pkm_gym.studies.cli.options import (
+    DesignFileOption,
+    DesignOption,
+    HeightOption,
+    Name,
+    OutOption,
+    WidthOption,
+)
 from pkm_gym.studies.cli.runs import output_path
 from pkm_gym.studies.cli.terminal import console, counter
 
@@ -22,6 +29,7 @@ MOVIES = (".mp4", ".gif")
 def command(
     name: Name,
     set_: DesignOption = None,
+    design: DesignFileOption = None,
     seconds: Annotated[
         float,
         typer.Option(
@@ -41,7 +49,7 @@ def command(
     """
     path = output_path(out, name, "movie", MOVIES)
     write = _writer(path.suffix.lower(), fps)
-    machine, notes = machine_from(name, set_)
+    machine, notes = machine_from(name, set_, design)
     count = 2 * max(1, round(0.5 * seconds * fps))
     from pkm_gym.twin.camera import Camera
     from pkm_gym.twin.camera import movie as film

@@ -8,7 +8,14 @@ import typer
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.studies.cli.arguments import machine_from
-from pkm_gym.studies.cli.options import DesignOption, HeightOption, Name, OutOption, WidthOption
+from pkm_gym.studies.cli.options import (
+    DesignFileOption,
+    DesignOption,
+    HeightOption,
+    Name,
+    OutOption,
+    WidthOption,
+)
 from pkm_gym.studies.cli.runs import output_path
 
 PICTURES = (".png",)
@@ -17,6 +24,7 @@ PICTURES = (".png",)
 def command(
     name: Name,
     set_: DesignOption = None,
+    design: DesignFileOption = None,
     pose: Annotated[
         int, typer.Option(min=0, help="Which of the machine's telling poses, 0 being the first.")
     ] = 0,
@@ -31,7 +39,7 @@ def command(
     Example: pkm-gym picture spr3 --pose 1 --out spr3.png
     """
     path = output_path(out, name, "picture", PICTURES)
-    machine, notes = machine_from(name, set_)
+    machine, notes = machine_from(name, set_, design)
     poses = machine.sample_poses()
     if pose >= len(poses):
         raise ValueError(f"--pose {pose} is none of the {len(poses)} poses: 0 to {len(poses) - 1}")

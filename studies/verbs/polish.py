@@ -10,6 +10,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     DesignOption,
     FixOption,
     FreeOption,
@@ -18,7 +19,9 @@ from pkm_gym.studies.cli.options import (
     RangeOption,
     StorageOption,
 )
-from pkm_gym.studies.cli.terminal import BAD, FAINT, console
+from pkm_gym.studies.cli.tasks import task_folder
+from pkm_gym.studies.cli.terminal import BAD, console
+from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import paper_rows, rich_table, row_of
 from pkm_gym.studies.search.polish import best_known, judged, polish, verified_optimum
 from pkm_gym.studies.search.starts import warm_designs
@@ -38,6 +41,7 @@ def command(
         ),
     ] = None,
     set_: DesignOption = None,
+    design: DesignFileOption = None,
     free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -48,12 +52,12 @@ def command(
 
     Example: pkm-gym polish diamond --set lam_e=0.6 lam_l=2.5 gap=0.4
     """
-    given = design_from(name, set_, fix, range_, objective, free)
+    given = design_from(name, set_, fix, range_, objective, free, file=design)
     problem = given.problem
     if given.names:
         if source is not None:
-            raise ValueError(f"--from {source} and a design in --set are two starts: leave one out")
-        problem, source = problem.with_task(given.task), "the design in --set"
+            raise ValueError(f"--from {source} and a given design are two starts: leave one out")
+        problem, source = problem.with_task(given.task), "the given design"
         start = given.design[None]
     else:
         source, start = _start(problem, source, storage or default_storage(problem.name))
@@ -70,8 +74,7 @@ def command(
     screen.print(f"polished: {judged(polished, optimum)}")
     if not after.feasible[0]:
         screen.print(after.explain(0), style=BAD)
-    values = " ".join(f"{key}={x:.9g}" for key, x in problem.named(after.designs[0]).items())
-    screen.print(f"pkm-gym evaluate {name} --set {values}", style=FAINT, soft_wrap=True)
+    hand_over(screen, after, task_folder(problem) / "polish.toml")
 
 
 def _start(problem: DesignProblem, source: str | None, where: str) -> tuple[str, FloatArray]:

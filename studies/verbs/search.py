@@ -10,6 +10,7 @@ from rich.console import Console
 
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     FixOption,
     FreeOption,
     Name,
@@ -21,8 +22,10 @@ from pkm_gym.studies.cli.options import (
     TrialsOption,
     study_name_option,
 )
-from pkm_gym.studies.cli.runs import own_command, redacted
+from pkm_gym.studies.cli.runs import file_name, own_command, redacted
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console
+from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
@@ -40,6 +43,7 @@ def command(
         str | None, study_name_option("Of the study; NAME-SAMPLER if not said.")
     ] = None,
     set_: SetOption = None,
+    design: DesignFileOption = None,
     free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -70,7 +74,7 @@ def command(
 
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
-    problem = problem_from(name, set_, fix, range_, objective, free)
+    problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     screen = console()
     began = time.monotonic()
     with search_bar(screen, problem, trials) as report:
@@ -96,6 +100,8 @@ def command(
         )
         raise KeyboardInterrupt
     show(screen, result)
+    folder = task_folder(problem)
+    hand_over(screen, result.best, folder / file_name(f"{result.study.study_name}.toml"))
     screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
 
 

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
+    DesignFileOption,
     FixOption,
     FreeOption,
     Name,
@@ -33,6 +34,7 @@ def command(
         study_name_option("What the names of its studies begin with; NAME if not said."),
     ] = None,
     set_: SetOption = None,
+    design: DesignFileOption = None,
     free: FreeOption = None,
     fix: FixOption = None,
     range_: RangeOption = None,
@@ -42,7 +44,7 @@ def command(
 
     Everything goes to runs/NAME; the same command again goes on where it was.
     """
-    problem = problem_from(name, set_, fix, range_, objective, free)
+    problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     screen = console()
     began = time.monotonic()
     best = study(problem, screen, trials=trials, seed=seed, name=study_name)

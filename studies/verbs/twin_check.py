@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -15,8 +16,8 @@ from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.mechanisms import make_problem
-from pkm_gym.studies.cli.arguments import known_problems
-from pkm_gym.studies.cli.options import SeedOption, json_option
+from pkm_gym.studies.cli.arguments import design_from, known_problems
+from pkm_gym.studies.cli.options import DesignFileOption, SeedOption, json_option
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
 
 if TYPE_CHECKING:
@@ -35,26 +36,29 @@ def command(
         int, typer.Option(min=0, help="Random feasible designs, beside the printed one.")
     ] = 50,
     seed: SeedOption = 0,
+    design: DesignFileOption = None,
     as_json: Annotated[bool, json_option()] = False,
 ) -> None:
     """Compare the analytic models with their MuJoCo twins, quantity by quantity.
 
-    The printed design and random feasible ones for the paper's task; each row shows the worst of
-    them. The exit code is 1 where a limit is broken.
+    The printed design, or the one in --design, and random feasible ones for its task; each row
+    shows the worst of them. The exit code is 1 where a limit is broken.
 
     Example: pkm-gym twin-check spr3
     """
+    if design is not None and name == ALL:
+        raise ValueError("--design holds a design of one mechanism: name it")
     names = machines() if name == ALL else (name,)
     rows: list[Row] = []
     screen = Console(stderr=True) if as_json else console()
     with counter(screen, "designs") as bar:
         for each in names:
             line = bar.add_task(each, total=designs + 1)
-            rows += _check(each, designs, seed, partial(bar.advance, line))
+            rows += _check(each, designs, seed, design, partial(bar.advance, line))
     if as_json:
         print(json.dumps([asdict(row) | {"holds": row.holds} for row in rows], indent=2))
     else:
-        _show(console(), rows, designs)
+        _show(console(), rows, "The printed design" if design is None else str(design), designs)
     if not all(row.holds for row in rows):
         raise typer.Exit(1)
 
@@ -70,19 +74,20 @@ def machines() -> tuple[str, ...]:
     return tuple(first.values())
 
 
-def _check(name: str, designs: int, seed: int, progress: Callable[[], None]) -> tuple[Row, ...]:
+def _check(
+    name: str, designs: int, seed: int, file: Path | None, progress: Callable[[], None]
+) -> tuple[Row, ...]:
     from pkm_gym.twin.check import check_designs, random_designs
 
-    problem = make_problem(name)
-    chosen = np.concatenate([
-        problem.printed_design()[None], random_designs(problem, designs, seed)
-    ])  # fmt: skip
+    given = design_from(name, file=file)
+    problem = given.problem.with_task(given.task)
+    chosen = np.concatenate([given.design[None], random_designs(problem, designs, seed)])
     return check_designs(problem, chosen, progress)
 
 
-def _show(screen: Console, rows: Iterable[Row], designs: int) -> None:
+def _show(screen: Console, rows: Iterable[Row], first: str, designs: int) -> None:
     rows = tuple(rows)
-    screen.print(section(f"The printed design and {designs} random feasible ones, worst of all"))
+    screen.print(section(f"{first} and {designs} random feasible ones, worst of all"))
     screen.print(_table(rows))
     for name, solver in {row.mechanism: row.solver for row in rows}.items():
         screen.print(Text(f"{name}: MuJoCo with {solver}", style=FAINT))

@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.mechanisms import declaration, make_problem
-from pkm_gym.studies.cli.options import Name, SeedOption, json_option, out_option
-from pkm_gym.studies.cli.runs import run_folder
+from pkm_gym.mechanisms import declaration
+from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.options import DesignFileOption, Name, SeedOption, json_option, out_option
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
 
@@ -23,6 +24,7 @@ def command(
     name: Name,
     designs: Annotated[int, typer.Option(min=3, help="Random feasible designs.")] = 200,
     seed: SeedOption = 0,
+    design: DesignFileOption = None,
     out: Annotated[
         Path | None,
         out_option("The scatter plot (.png, .svg or .pdf); runs/NAME/validate.png if not said."),
@@ -36,12 +38,12 @@ def command(
 
     Example: pkm-gym validate diamond
     """
-    problem = _problem(name)
+    problem = _problem(name, design)
     screen = Console(stderr=True) if as_json else console()
     with counter(screen, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
         validation = validate(problem, designs, seed, partial(bar.advance, line))
-    path = out or (None if as_json else run_folder(problem.name) / "validate.png")
+    path = out or (None if as_json else task_folder(problem) / "validate.png")
     if path is not None:
         from pkm_gym.plots import save
 
@@ -53,8 +55,8 @@ def command(
         print(f"\npicture: {path}")
 
 
-def _problem(name: str) -> DesignProblem:
-    problem = make_problem(name, **declaration(name).reporting)
+def _problem(name: str, file: Path | None) -> DesignProblem:
+    problem = problem_from(name, file=file, **declaration(name).reporting)
     missing = [index for index in INDICES if index not in problem.index_names]
     if missing:
         raise ValueError(f"{problem.name} has no {' and no '.join(missing)} to validate")
