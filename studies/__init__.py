@@ -25,8 +25,10 @@ def create_study(problem: DesignProblem, *, merit: bool = False, **arguments: An
         ValueError: for a direction, which the problem says.
     """
     import optuna
+    from optuna.study import StudyDirection
 
     if given := {"direction", "directions"} & arguments.keys():
         raise ValueError(f"{given.pop()} is what {problem.name} says: leave it out")
-    directions = ["minimize"] if merit else list(problem.directions)
+    words = ("minimize",) if merit else problem.directions
+    directions = [StudyDirection[word.upper()] for word in words]
     return optuna.create_study(directions=directions, **arguments)

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from pkm_gym.agents.runs.schema import ALGORITHM, POLICY, check_settings
 from pkm_gym.agents.sb3.network import ACTIVATIONS
 from pkm_gym.core.names import check_known, imported, unknown
 
@@ -20,8 +21,8 @@ LEARNERS = {
     "tqc": "sb3_contrib:TQC",
 }
 ALGORITHMS = {**LEARNERS, "model": "pkm_gym.agents.planner.settings:Settings"}
+GROUPS = ("algorithm", "policy", "environment")
 STARTS = ("centre", "interpolated")
-RESERVED = ("policy", "env", "seed", "device", "verbose", "policy_kwargs", "tensorboard_log")
 
 
 @dataclass(frozen=True)
@@ -100,10 +101,18 @@ def read_recipe(
         _merge(merged, _nested(setting))
     _merge(merged, {name: value for name, value in given.items() if value is not None})
     check_known("setting", merged, [item.name for item in fields(Recipe)])
-    allowed = set(inspect.signature(made).parameters) - set(RESERVED)
-    own = merged.get("algorithm", {})
-    check_known(f"setting of {algorithm}", own, allowed)
-    if algorithm not in LEARNERS:
+    for group in GROUPS:
+        held = merged.setdefault(group, {})
+        if not isinstance(held, Mapping):
+            raise ValueError(f"{group} is {held!r}: write {group}.KEY=VALUE")  # noqa: TRY004 (a user's)
+    own, policy = merged["algorithm"], dict(merged["policy"])
+    if algorithm in LEARNERS:
+        check_settings("algorithm", own, ALGORITHM, inspect.signature(made).parameters)
+        policy.pop("activation", None)  # a name, which the recipe checks
+        network = made.policy_aliases["MlpPolicy"]
+        check_settings("policy", policy, POLICY, inspect.signature(network).parameters)
+    else:
+        check_known(f"setting of {algorithm}", own, inspect.signature(made).parameters)
         made(**own)  # refuses illegal values
     return Recipe(**merged)
 
@@ -121,7 +130,9 @@ def _content(algorithm: str, file: Path | None) -> dict[str, Any]:
 def _merge(into: dict[str, Any], block: Mapping[str, Any]) -> None:
     for name, value in block.items():
         if isinstance(value, Mapping):
-            _merge(into.setdefault(name, {}), value)
+            held = into.get(name)
+            into[name] = {**held} if isinstance(held, Mapping) else {}
+            _merge(into[name], value)
         else:
             into[name] = value
 
