@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -117,10 +118,13 @@ class EvaluationLog:
         """Read a log.
 
         Raises:
-            ValueError: in one sentence naming the file, if it is missing, damaged or no log.
+            ValueError: in one sentence naming the file, if it is missing, damaged, no log, or one
+                that no run writes.
         """
         content = _read(Path(path))
         setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
+        for wrong in _impossible(setting, content):
+            raise ValueError(f"{str(path)!r} is no log of a run: {wrong}")
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         values |= {name: str(content[name]) for name in TEXTS}
         evaluations, seconds = (content[name] for name in COST)
@@ -130,6 +134,7 @@ class EvaluationLog:
 ARRAYS = ("rows", "designs", "seconds")
 TEXTS = ("version", "command")
 COST = ("training_evaluations", "training_seconds")
+TRACKS = {"start": ("given", "free"), "knowledge": ("transfer", "scratch")}
 KINDS = {"str": str, "int": int, "float": float}
 SETTINGS: dict[str, Any] = {item.name: KINDS[str(item.type)] for item in fields(Setting)}
 
@@ -151,3 +156,24 @@ def _read(path: Path) -> dict[str, np.ndarray]:
     if content["designs"].ndim != 3 or {len(content[name]) for name in ARRAYS} != {n}:
         raise ValueError(f"{str(path)!r} has arrays that do not fit each other: {wanted}")
     return content
+
+
+def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[str]:
+    """Yield what no run writes."""
+    for name, allowed in TRACKS.items():
+        if (own := getattr(setting, name)) not in allowed:
+            yield f"{name} is {own!r}, it must be {' or '.join(allowed)}"
+    rows, designs, seconds = (content[name] for name in ARRAYS)
+    if rows.dtype.kind not in "iu" or rows.ndim != 1 or (np.diff(rows, prepend=-1) <= 0).any():
+        yield "its rows must number different tasks, in their order"
+    if designs.dtype.kind != "f" or designs.shape[1] != setting.budget:
+        yield f"its designs must be numbers, {setting.budget} designs a task"
+    evaluated = np.isfinite(designs).all(axis=2)
+    if (np.isnan(designs).all(axis=2) == evaluated).any() or np.diff(evaluated * 1).max(initial=0):
+        yield "its designs must be finite up to the last that was evaluated, and NaN after it"
+    costs = [content[name] for name in COST]
+    times = np.concatenate([seconds.ravel(), [setting.delay, setting.noise], costs])
+    if (times < 0.0).any() or not np.isfinite(times[:-1]).all():
+        yield "times, costs and noise must be numbers from 0 on"
+    if (setting.pool > 0) != (setting.knowledge == "transfer"):
+        yield f"it knew {setting.pool} training tasks in the track {setting.knowledge!r}"

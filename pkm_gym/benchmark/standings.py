@@ -139,6 +139,7 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         )
     rows = logs[0].rows
     for log in logs:
+        _check_designs(log, problem, len(split))
         if not np.array_equal(log.rows, rows):
             raise ValueError(
                 f"the seeds of {setting.method} were run on different tasks ({len(rows)} with seed "
@@ -157,6 +158,30 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         pool=_pool_cost(setting, problem),
         part=0 < setting.pool < count_tasks(split_file(problem, "train", folder)),
     )
+
+
+def _check_designs(log: EvaluationLog, problem: DesignProblem, tasks: int) -> None:
+    """Refuse tasks that the split doesn't have, and designs outside the search bounds."""
+    method = log.setting.method
+    if len(log) and log.rows[-1] >= tasks:
+        raise ValueError(
+            f"the log of {method} has a task {log.rows[-1]}: the {log.setting.split} split of "
+            f"{problem.name} has {tasks}, numbered from 0"
+        )
+    if log.designs.shape[2] != len(problem.low):
+        raise ValueError(
+            f"the log of {method} has designs of {log.designs.shape[2]} variables: {problem.name} "
+            f"has {len(problem.low)}"
+        )
+    outside = (log.designs < problem.low) | (log.designs > problem.high)
+    if outside.any():
+        i, k, j = np.argwhere(outside)[0]
+        variable = problem.variables[j]
+        raise ValueError(
+            f"the log of {method} has {variable.name} = {log.designs[i, k, j]!r} in task "
+            f"{log.rows[i]}: designs lie within {variable.low:g} to {variable.high:g} "
+            f"{variable.unit}".rstrip()
+        )
 
 
 def _pool_cost(setting: Setting, problem: DesignProblem) -> Cost:

@@ -77,3 +77,53 @@ def test_logs_that_do_not_belong_together_are_refused(logs):
     old = replace(log, setting=replace(log.setting, hash="0" * 64))
     with pytest.raises(ValueError, match=r"belongs to another version of .*: run it again"):
         standings([old])
+
+
+def twice(log):
+    return {"rows": np.repeat(log.rows[:1], len(log))}
+
+
+def gone(log):
+    designs = log.designs.copy()
+    designs[:, 0] = np.nan
+    return {"designs": designs}
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (twice, "its rows must number different tasks"),
+        (lambda log: {"rows": log.rows - 1000}, "its rows must number different tasks"),
+        (lambda log: {"rows": log.rows + 0.5}, "its rows must number different tasks"),
+        (gone, "finite up to the last that was evaluated"),
+        (lambda log: {"designs": np.full_like(log.designs, np.inf)}, "finite up to the last"),
+        (lambda log: {"designs": log.designs[:, :3]}, "12 designs a task"),
+        (lambda log: {"seconds": -log.seconds}, "must be numbers from 0 on"),
+        (lambda _: {"training_evaluations": -5}, "must be numbers from 0 on"),
+        (lambda _: {"start": "easy"}, "start is 'easy', it must be given or free"),
+        (lambda _: {"knowledge": "all"}, "knowledge is 'all', it must be transfer or scratch"),
+        (lambda _: {"pool": 7}, "it knew 7 training tasks in the track 'scratch'"),
+    ],
+)
+def test_a_log_that_no_run_writes_is_refused(logs, tmp_path, change, sentence):
+    log, path = logs(), tmp_path / "log.npz"
+    log.save(path)
+    with np.load(path) as archive:
+        content = dict(archive) | change(log)
+    np.savez(path, **content)
+    with pytest.raises(ValueError, match=rf"log.npz' is no log of a run: .*{sentence}"):
+        EvaluationLog.load(path)
+
+
+def test_designs_that_a_benchmark_would_not_evaluate_are_refused(logs, shipped):
+    problem, split = shipped
+    log = logs()
+    outside = log.designs.copy()
+    outside[2, 3, 0] = problem.high[0] + 1e-9
+    with pytest.raises(ValueError, match=rf"{problem.variable_names[0]} = .* designs lie within"):
+        standings([replace(log, designs=outside)])
+    with pytest.raises(ValueError, match=rf"variables: {problem.name} has {len(problem.low)}$"):
+        standings([replace(log, designs=log.designs[:, :, :1])])
+    far = log.rows + len(split)
+    with pytest.raises(ValueError, match=rf"has a task {far[-1]}: the val split .* {len(split)}"):
+        standings([replace(log, rows=far)])
