@@ -33,7 +33,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     except Exception as error:
         known = isinstance(error, OSError) and error.errno is not None
         failure = error if known else _full(part) or error
-        if isinstance(failure, OSError) and failure.filename in (None, part, str(part)):
+        own = (None, part, str(part))
+        if isinstance(failure, OSError) and failure.errno is not None and failure.filename in own:
             failure.filename, failure.filename2 = str(path), None
         if failure is error:
             raise

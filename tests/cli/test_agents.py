@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from pkm_gym.benchmark.splits import split_path
 
 TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",
          "policy.net_arch=[8]", "algorithm.n_steps=12", "algorithm.batch_size=48")  # fmt: skip
+DESIGN = "design.toml"
 FOLDER = "runs/agents/Diamond-v0-ppo-0"
 
 SHIPPED = pytest.mark.skipif("DiamondFamily" not in shipped(), reason="no designer is shipped")
@@ -65,8 +68,8 @@ def test_an_unknown_environment_is_refused(refused):
 
 def test_a_trained_agent_designs(trained, run):
     result = run("design", "diamond", "--model", trained, "--json", "--set", "task.b=1.0")
-    assert result.exit_code == 0, result.stderr
     content = json.loads(result.stdout)
+    assert result.exit_code == (0 if content["feasible"] else 1), result.stderr
     assert content["task"]["b"] == 1.0
     assert np.shape(content["session"]["designs"]) == (12, 3)
     assert content["polish"]["log_merit_gain"] >= 0.0
@@ -74,10 +77,26 @@ def test_a_trained_agent_designs(trained, run):
 
 def test_a_trained_agent_shows_its_session(trained, run, tmp_path):
     result = run("design", "diamond", "--model", trained, "--budget", 3)
-    assert result.exit_code == 0, result.stderr
-    assert "the answer of a trained designer after 3 evaluations" in result.stdout
     assert "a local polish moved the answer by" in result.stdout
-    assert (tmp_path / "runs/diamond/design.png").stat().st_size > 10_000
+    folder = tmp_path / "runs/diamond"
+    assert (folder / "design.png").stat().st_size > 10_000
+    assert f"design: runs/diamond/{DESIGN}" in result.stdout
+    feasible = tomllib.loads((folder / DESIGN).read_text())["feasible"]
+    title = "the answer of a trained designer after 3 evaluations"
+    none = "none of the 3 designs that a trained designer tried is feasible"
+    assert (title if feasible else none) in result.stdout
+    assert result.exit_code == (0 if feasible else 1)
+
+
+@SHIPPED
+def test_a_shipped_designer_s_answer_is_an_answer(run):
+    result = run("design", "diamond", "--set", "task.b=1.0")
+    assert result.exit_code == 0, result.output
+    assert "the answer of a trained designer after" in result.stdout
+    file = re.search(r"design: (\S+)", result.stdout)[1]
+    read = json.loads(run("evaluate", "diamond", "--design", file, "--json").stdout)
+    assert read["feasible"]
+    assert read["task"]["b"] == 1.0
 
 
 def test_a_task_beyond_the_training_range_is_remarked(trained, run):

@@ -134,13 +134,15 @@ def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monk
     monkeypatch.setattr(study, "compare", lambda *a, **k: whole(*a, **k, evaluations=5, seeds=1))
     result = run("study", "diamond", "--trials", 20)
     assert result.exit_code == 0, result.output
-    lines = result.output.rstrip().splitlines()[-5:]
+    lines = result.output.rstrip().splitlines()[-6:]
     starts = ("found: tau_G = ", "checked: agrees with the verified optimum", "paper: ")
     assert all(line.startswith(start) for line, start in zip(lines, starts, strict=False))
-    assert lines[-2].startswith("files: ")
+    assert lines[-3].startswith("files: ")
+    assert lines[-2].startswith("all digits: pkm-gym evaluate diamond --set lam_e=")
     assert lines[-1] == "look at it: pkm-gym dashboard diamond"
-    for name in ("grid.nc", "compare.md", "compare.json", "design.png", "studies.journal"):
-        assert name in lines[-2]
+    files = ("grid.nc", "compare.md", "compare.json", "design.png", "study.toml", "studies.journal")
+    for name in files:
+        assert name in lines[-3]
         assert Path("runs/diamond", name).stat().st_size > 0
 
 
@@ -157,7 +159,7 @@ def test_study_without_a_papers_grid_or_index_says_so(run, monkeypatch, name):
     assert result.exit_code == 0, result.output
     assert "1/4 our grid" in result.output
     assert result.output.count("none printed") == 2
-    lines = result.output.rstrip().splitlines()[-5:]
+    lines = result.output.rstrip().splitlines()[-6:]
     problem = make_problem(name)
     theirs, best = problem.reference["gci"].ours, problem.reference.optima["gci"].value
     assert lines[0].startswith(f"found: gci = {best:.4g} at ")
