@@ -106,7 +106,7 @@ def solve_tasks(
     best = _better(best, polished)
     if not others:
         report(len(tasks))
-        return _solutions(problem, tasks, best, np.zeros(len(tasks), dtype=bool))
+        return _solutions(problem, tasks, best, np.zeros(len(tasks), dtype=bool), began)
     for harder, child in enumerate(sequence.spawn(ROUNDS), effort + 1):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)

@@ -50,7 +50,8 @@ def test_random_designs_never_beat_an_optimum(
 def test_the_same_seed_gives_the_same_optima(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
-    one, other = (solve_tasks(family_problem, family.tasks[:2], seed=3) for _ in range(2))
+    few = family.tasks[: 1 if family_problem.declared.starts else 2]
+    one, other = (solve_tasks(family_problem, few, seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
