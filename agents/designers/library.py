@@ -1,8 +1,10 @@
-"""The designers that are shipped, found by name; and those of training runs, by their file."""
+"""Designers found by name, shipped or the user's own; and those of training runs, by their file."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+from platformdirs import user_data_path
 
 from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer
@@ -19,13 +21,23 @@ def shipped() -> dict[str, Path]:
     return {path.stem: path for path in sorted(ZOO.glob(f"*{CONFIG}"))}
 
 
+def own_folder() -> Path:
+    """Return the folder of the user's own designers."""
+    return user_data_path("pkm_gym", appauthor=False) / "designers"
+
+
+def known() -> dict[str, Path]:
+    """Return the shipped designers and the user's own, which have other names: name -> file."""
+    return shipped() | {path.stem: path for path in sorted(own_folder().glob(f"*{CONFIG}"))}
+
+
 def designer_path(model: str) -> Path:
-    """Return the file of a designer: a shipped one's name, a ``.json`` file, or a run's folder.
+    """Return the file of a designer: a name that is known, a ``.json`` file, or a run's folder.
 
     Raises:
         ValueError: with the closest match, if there is none.
     """
-    files = shipped()
+    files = known()
     if model in files:
         return files[model]
     path = Path(model)
@@ -42,8 +54,8 @@ def load_designer(model: str) -> Designer:
     """Load a trained designer; nothing is unpickled.
 
     Args:
-        model: name of a shipped designer, such as "DiamondFamily", the ``.json`` file of one's own
-            or the folder of a training run.
+        model: name of a designer, such as "DiamondFamily", its ``.json`` file or the folder of a
+            training run.
 
     Raises:
         ValueError: in one sentence, if it is unknown, damaged, edited or of another version.
@@ -56,7 +68,7 @@ def load_designer(model: str) -> Designer:
 
 
 def designer_for(problem: DesignProblem) -> Designer:
-    """Return the shipped designer of a problem.
+    """Return the designer of a problem: the shipped one, or the user's own.
 
     Raises:
         ValueError: if none was trained for it, with these options.
@@ -65,12 +77,12 @@ def designer_for(problem: DesignProblem) -> Designer:
 
 
 def trained_for(problem: DesignProblem) -> tuple[Designer, Origin]:
-    """Return the shipped designer of a problem, and where it comes from.
+    """Return the designer of a problem, and where it comes from.
 
     Raises:
         ValueError: if none was trained for it, with these options.
     """
-    designers = [read_designer(path) for path in shipped().values()]
+    designers = [read_designer(path) for path in known().values()]
     own = [item for item in designers if item[0].problem.name == problem.name]
     if not own:
         raise ValueError(

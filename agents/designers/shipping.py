@@ -1,7 +1,8 @@
-"""How a designer is taken in among the shipped ones, and what it must reproduce."""
+"""How a designer gets a name among those that are known, and what it must reproduce."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer, write_designer
-from pkm_gym.agents.designers.library import ZOO, designer_path
+from pkm_gym.agents.designers.library import designer_path, known, own_folder
 from pkm_gym.agents.runs.files import CONFIG
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.mechanisms import lasting
@@ -19,10 +20,21 @@ AT = (1, 4, 8, 12, 24)  # evaluations whose median regret is recorded
 KEPT = 8  # tasks whose first designs are recorded
 MEASURED = 64  # tasks whose regrets are recorded
 SPLIT = "val"
+NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def take_in(folder: Path) -> Path:
-    """Write the best agent of a run among the shipped ones, with what it must reproduce."""
+def take_in(folder: Path, name: str | None = None, to: Path | None = None) -> Path:
+    """Write the best agent of a run among the user's own, with what it must reproduce.
+
+    Args:
+        folder: of the run.
+        name: of the designer; that of its environment if not given.
+        to: the folder to write to instead, such as that of the shipped ones.
+
+    Raises:
+        ValueError: for no run, a mechanism from outside, or a name that is taken: nothing is
+            overwritten.
+    """
     path = designer_path(str(folder))
     designer, origin = read_designer(path)
     if lasting(designer.problem) != designer.problem.name:
@@ -30,8 +42,15 @@ def take_in(folder: Path) -> Path:
             f"{designer.problem.name} is a mechanism from outside: give its designer's folder as "
             "--model, it isn't shipped"
         )
-    name = origin.env_id.rpartition("/")[2].rpartition("-v")[0]
-    target = ZOO / f"{name}{CONFIG}"
+    name = name or origin.env_id.rpartition("/")[2].rpartition("-v")[0]
+    if not NAME.fullmatch(name):
+        raise ValueError(f"a designer's name has letters, digits, - and _ only: {name!r}")
+    taken = known().get(name)
+    target = (to or own_folder()) / f"{name}{CONFIG}"
+    if target.exists() or (taken and to is None):
+        raise ValueError(
+            f"there is a designer {name!r} already, {taken or target}: give another --name"
+        )
     write_designer(
         designer,
         target,

@@ -1,4 +1,4 @@
-"""``pkm-gym zoo``: the trained designers that are shipped, and how a new one is taken in."""
+"""``pkm-gym zoo``: the trained designers that are known, and how a new one is taken in."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 
 from pkm_gym.agents.designers.files import read_designer
-from pkm_gym.agents.designers.library import shipped
+from pkm_gym.agents.designers.library import known
 from pkm_gym.agents.designers.shipping import AT, take_in
+from pkm_gym.studies.cli.options import output_option
 from pkm_gym.studies.cli.terminal import FAINT, console, table
 
 
@@ -18,25 +19,41 @@ def command(
     add: Annotated[
         Path | None,
         typer.Option(
-            metavar="FOLDER", help="Ship the best agent of this training run.", show_default=False
+            metavar="FOLDER",
+            help="Take in the best agent of this training run, among your own.",
+            show_default=False,
         ),
     ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of the new one; its environment's if not said.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        output_option("Where the new one goes instead: agents/zoo, to ship it.", "FOLDER"),
+    ] = None,
 ) -> None:
-    """List the trained designers that are shipped: what they were trained with, how good they are.
+    """List the trained designers, shipped and your own: for which problem, how good they are.
 
     The regrets are those of the first 64 of the benchmark's validation tasks; only feasible designs
     count.
     """
     screen = console()
+    if add is None and (name or output):
+        raise ValueError("--name and -o are those of a designer that --add takes in")
     if add is not None:
-        screen.print(f"taken in: {take_in(add)}", soft_wrap=True)
+        screen.print(f"taken in: {take_in(add, name, output)}", soft_wrap=True)
     heads = [f"k = {k}" for k in AT]
     rows = table("designer", "problem", *heads, numbers=heads)
-    for name, path in shipped().items():
+    for known_name, path in known().items():
         designer, origin = read_designer(path)
         regrets = origin.recorded["regrets"]
         medians = [_median(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
-        rows.add_row(name, designer.problem.name, *medians)
+        rows.add_row(known_name, designer.problem.name, *medians)
     screen.print(rows)
     screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)
 

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pkm_gym.agents.designers import library, shipping
 from pkm_gym.agents.designers.library import shipped
 from pkm_gym.benchmark.splits import split_path
 
 TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",
          "policy.net_arch=[8]", "algorithm.n_steps=12", "algorithm.batch_size=48")  # fmt: skip
 DESIGN = "design.toml"
+SHIPPED_ONE = ((), ("--model", "DiamondFamily"))
 FOLDER = "runs/agents/Diamond-v0-ppo-0"
 
 SHIPPED = pytest.mark.skipif("DiamondFamily" not in shipped(), reason="no designer is shipped")
@@ -133,6 +135,27 @@ def test_the_shipped_designers_are_listed(run):
     result = run("zoo")
     assert result.exit_code == 0, result.stderr
     assert all(name in result.stdout for name in shipped())
+
+
+@SHIPPED
+def test_a_designer_is_taken_in_among_the_user_s_own_and_overwrites_none(
+    trained, run, refused, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(library, "own_folder", lambda: tmp_path / "own")
+    monkeypatch.setattr(shipping, "own_folder", library.own_folder)
+    names, add = set(shipped()), ("zoo", "--add", trained, "--name")
+    assert "a designer 'DiamondFamily' already" in refused(*add, "DiamondFamily")
+    assert "letters, digits, - and _ only: '../x'" in refused(*add, "../x")
+    assert refused("zoo", "--name", "mine").startswith("--name and -o are those of a designer")
+    taken = run(*add, "mine")
+    assert taken.exit_code == 0, taken.output
+    assert set(shipped()) == names
+    assert (tmp_path / "own" / "mine.json").is_file()
+    assert "mine " in run("zoo").stdout
+    assert json.loads(run("design", "diamond", "--model", "mine", "--json").stdout)["session"]
+    assert "a designer 'mine' already" in refused(*add, "mine")
+    said = (run("design", "diamond", "--json", *words).stdout for words in SHIPPED_ONE)
+    assert len({json.dumps(json.loads(text)["session"]) for text in said}) == 1
 
 
 @SHIPPED
