@@ -44,7 +44,7 @@ build/package:
 	@cp -Rp pkm_gym $@ && cp -Rp agents studies $@/pkm_gym
 
 benchmark: $(VENV)/.benchmark
-	@for name in $(BENCHMARKS); do $(BIN)/pkm-gym benchmark $$name $(if $(FULL),--full) || exit $$?; done
+	@for name in $(BENCHMARKS); do $(BIN)/pkm-gym benchmark $$name --split test $(if $(FULL),--full) || exit $$?; done
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o python_files="bench_*.py" --benchmark-only

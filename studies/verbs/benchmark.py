@@ -35,7 +35,7 @@ def command(
         typer.Option(
             metavar="|".join(MEASURED), help="Tune on val; test is for the published tables."
         ),
-    ] = "test",
+    ] = "val",
     method: Annotated[
         list[str] | None,
         typer.Option(
@@ -93,7 +93,7 @@ def command(
     evaluated is kept in runs/NAME/benchmark/SPLIT, and runs that are there already are not
     repeated: stopped by Ctrl-C, the same command goes on where it was.
 
-    Example: pkm-gym benchmark diamond --split val --method my_package:my_method --tasks 256
+    Example: pkm-gym benchmark diamond --method my_package:my_method --tasks 256
     """
     if split not in MEASURED:
         raise ValueError(f"split is {split!r}: methods are measured on {', '.join(MEASURED)}")
