@@ -25,7 +25,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import declaration
 
 FEW, MANY = 32, 256  # tasks of a Family
-DEAR = 4  # times as few where each task takes descents, and once more where there is one search
+DEAR = 4  # times as few where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
 
@@ -135,9 +135,7 @@ def family(
 
 
 def _solved(problem: DesignProblem, n: int) -> Solutions:
-    declared = problem.declared
-    n //= DEAR if declared.starts else 1
-    n //= DEAR if declared.searches == 1 else 1
+    n = n // DEAR if problem.declared.starts else n
     return solve_tasks(problem, problem.draw_tasks(n, np.random.default_rng(2010)))
 
 

@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 from optuna import Study
-from optuna_dashboard import save_note, save_plotly_graph_object  # type: ignore[attr-defined]  # has no __all__
+from optuna_dashboard import get_note, save_note, save_plotly_graph_object  # type: ignore[attr-defined]  # has no __all__
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.units import show
 from pkm_gym.studies.report.rows import markdown, rows_beside_paper, verdict
 from pkm_gym.studies.storage.studies import designs_of, finished
+
+OWN = "note"  # the user attribute that holds our note as it was written last
 
 READING = {
     "objectives": "An infeasible trial has a value that no feasible design reaches, so the graph "
@@ -24,6 +27,8 @@ READING = {
 
 def write_note(study: Study, best: Evaluation, name: str, pictures: list[str]) -> None:
     """Save the study's note: the problem, the paper's optimum, the best design and its pictures.
+
+    What the user has written around it stays; if it is within, all of it stays, above the new note.
 
     Args:
         study: whose note it is.
@@ -37,7 +42,14 @@ def write_note(study: Study, best: Evaluation, name: str, pictures: list[str]) -
     parts += [text for text in (verdict(problem), best.explain(0)) if text]
     parts += [f"![{name}]({address})" for address in pictures]
     parts.append(READING[study.user_attrs["values"]])
-    save_note(study, "\n\n".join(parts))
+    text, there = "\n\n".join(parts), get_note(study)
+    former = study.user_attrs.get(OWN) or (there if there.startswith(parts[0]) else "")
+    if former and former in there:
+        whole = there.replace(former, text)
+    else:
+        whole = "\n\n---\n\n".join(filter(None, [there, text]))
+    save_note(study, whole)
+    study.set_user_attr(OWN, text)
 
 
 def _sentences(problem: DesignProblem) -> Iterator[str]:
@@ -47,14 +59,15 @@ def _sentences(problem: DesignProblem) -> Iterator[str]:
     unit = f" ({first.unit})" if first.unit else ""
     yield f"{first.direction.capitalize()} **{first.name}**{unit}, the {docs[first.name]}."
     space = [
-        f"{v.name} {v.low:g} to {v.high:g}{v.unit and f' {v.unit}'} ({v.doc})"
+        f"{v.name} {show(v.low, v.unit)} to {show(v.high, v.unit)} ({v.doc})"
         for v in problem.variables
     ]
-    space += [f"{name} = {value:g}" for name, value in problem.fixed.items()]
+    units = {v.name: v.unit for v in problem.all_variables}
+    space += [f"{name} = {show(value, units[name])}" for name, value in problem.fixed.items()]
     yield f"Over {', '.join(space)}."
     default = problem.task_type()
     changed = [
-        f"{v.name} = {getattr(problem.task, v.name):g} {v.unit}".rstrip()
+        f"{v.name} = {show(getattr(problem.task, v.name), v.unit)}"
         for v in problem.task_variables
         if getattr(problem.task, v.name) != getattr(default, v.name)
     ]

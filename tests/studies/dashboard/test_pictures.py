@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from optuna.artifacts import get_all_artifact_meta
-from optuna_dashboard import get_note
+from optuna_dashboard import get_note, save_note
 from optuna_dashboard._custom_plot_data import get_plotly_graph_objects
 
 import pkm_gym
@@ -113,6 +113,21 @@ def test_the_note_of_another_task_leaves_out_what_the_paper_says_of_its_own(sear
     assert "lam_e = 0.6" in note
     assert "paper, printed" not in note
     assert "verified optimum" not in note
+
+
+def test_the_user_s_words_in_a_note_stay(searched):
+    study = searched(trials=4).study
+    first = get_note(study)
+    save_note(study, f"Ask Mei about this.\n\n{first}\n\nShe says 1.5 kg.")
+    again = get_note(searched(trials=60).study)
+    assert again.startswith("Ask Mei about this.\n\n# diamond: ")
+    assert again.endswith("\n\nShe says 1.5 kg.")
+    assert again.count("# diamond: ") == 1
+    assert first not in again
+    save_note(study, again.replace("Minimise", "Lower"))
+    whole = get_note(searched(trials=90).study)
+    assert whole.count("She says 1.5 kg.") == 1
+    assert whole.count("Lower **tau_G**") == whole.count("Minimise **tau_G**") == 1
 
 
 def test_the_note_says_which_limits_the_best_design_breaks(searched, diamond):
