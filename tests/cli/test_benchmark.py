@@ -92,7 +92,7 @@ def test_the_leaderboard_keeps_one_line_a_method(run, tmp_path):
     [
         (("diamant",), "unknown mechanism 'diamant'; did you mean 'diamond'?"),
         (("diamond", "--split", "train"), "methods are measured on val, test, ood"),
-        (("diamond", "--tasks", "999"), "--tasks is 999: test has 256 tasks"),
+        (("diamond", "--tasks", "999"), "--tasks is 999: val has 256 tasks"),
         (("diamond", "--method", "cobya"), "unknown method 'cobya'; did you mean 'cobyqa'?"),
         (("diamond", "--method", "nowhere:it"), "there is no module 'nowhere'"),
     ],

@@ -144,7 +144,8 @@ def test_the_files_hold_the_table(comparison, tmp_path):
     assert [row["value"] for row in content["rows"]] == [row.value for row in comparison.rows]
     assert set(content["runs"]) == set(SAMPLERS)
     text = paths[1].read_text()
-    assert text.startswith(markdown(comparison.problem, comparison.rows))
+    assert text.startswith("diamond: as it comes\n\n")
+    assert markdown(comparison.problem, comparison.rows) in text
     assert comparison.verdict in text
 
 

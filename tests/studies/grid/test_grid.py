@@ -12,6 +12,7 @@ import xarray
 from optuna_dashboard import get_note
 
 import pkm_gym
+from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
 from pkm_gym.studies.grid.designs import (
     grid_designs,
@@ -108,7 +109,7 @@ def test_a_study_that_was_cut_short_is_completed(diamond, monkeypatch):
 def test_without_a_feasible_design_the_atlas_is_written_and_the_study_empty():
     problem = pkm_gym.make_problem("diamond", task={"sigma_low": 1.2, "sigma_high": 1.2})
     assert not grid(problem).feasible.any()
-    assert Path("runs/diamond/grid.nc").exists()
+    assert (task_folder(problem) / "grid.nc").exists()
     assert finished(stored()) == []
 
 
