@@ -17,7 +17,6 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import address, called
 from pkm_gym.studies.cli.words import evaluate_command, option_word
 
-DESIGN = "design.toml"
 TABLES = ("task", "options", "design", "indices")
 
 
@@ -86,7 +85,7 @@ def write_design(path: Path, best: Evaluation, found_by: str) -> Path:
 
     with whole_file(path) as part:
         part.write_text(
-            f"# SI units: m, rad, kg, s, N m. Verbs read it with --design FILE.\n"
+            "# SI units: m, rad, kg, s, N m. Verbs read it with --design FILE.\n"
             f"{tomli_w.dumps(content)}",
             encoding="utf-8",
         )
@@ -107,7 +106,7 @@ def read_design(path: Path, kind: type[DesignProblem]) -> DesignFile:
         raise ValueError(f"there is no design file {str(path)!r}: `pkm-gym polish` writes one")
     try:
         return _checked(path, content, kind)
-    except ValueError as error:
+    except (ValueError, TypeError) as error:  # a list in the place of a word can't be looked up
         raise ValueError(f"{str(path)!r}: {error}") from None
 
 
@@ -118,7 +117,10 @@ def _checked(path: Path, content: dict[str, Any], kind: type[DesignProblem]) -> 
     task, options, design, indices = (_table(content, table) for table in TABLES)
     known = kind.options_type.of(options)
     kind.task_type.of(_numbers("task", task))
-    check_known("variable", design, [variable.name for variable in kind.all_variables])
+    names = [variable.name for variable in kind.all_variables]
+    check_known("variable", design, names)
+    if missing := [name for name in names if name not in design]:
+        raise ValueError(f"its design lacks {', '.join(missing)}")
     objectives = content.get("objectives", [])
     if not isinstance(objectives, list) or not objectives:
         raise ValueError("its objectives must be a list of names")

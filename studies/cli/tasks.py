@@ -69,9 +69,16 @@ def _enter(own: Path, words: dict[str, str]) -> None:
             encoding="utf-8",
         )
     lines = ["| folder | what is asked (SI) |", "|---|---|"]
-    for path in sorted(own.parent.glob(f"*/{TASK}")):
-        asked = tomllib.loads(path.read_text(encoding="utf-8"))
-        listed = ", ".join(f"{key} = {x}" for key, x in asked.items())
-        lines.append(f"| {path.parent.name} | {listed} |")
+    known = sorted(own.parent.glob(f"*/{TASK}"))
+    lines += [f"| {path.parent.name} | {_listed(path)} |" for path in known]
     with whole_file(own.parent / INDEX) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _listed(path: Path) -> str:
+    """Return what a folder's file says; a damaged one must not stop what is found for another."""
+    try:
+        asked = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        return f"{TASK} is damaged"
+    return ", ".join(f"{key} = {x}" for key, x in asked.items())

@@ -118,6 +118,8 @@ def test_what_the_model_does_not_give_is_said(run):
         ("payload = ", "payload = 1e9 #", "payload"),
         ("payload = ", "pay = ", "'pay'"),
         ('inertia = "printed"', 'inertia = "print"', "unknown inertia 'print'"),
+        ('inertia = "printed"', "inertia = [1]", "polish.toml'"),
+        ("lam_e = 0", "# lam_e = 0", "its design lacks lam_e"),
         ('objectives = [\n    "tau_G",\n]', "objectives = []", "its objectives must be a list"),
         ("[design]", "[design", "is no design file"),
     ],
@@ -179,6 +181,16 @@ def test_what_is_asked_by_default_is_in_the_problem_s_own_folder(problem):
     reported = problem.with_task(problem.task, **problem.declared.reporting)
     assert task_folder(reported) == Path("runs", problem.name)
     assert not Path("runs").exists()
+
+
+def test_a_damaged_file_of_another_task_stops_nothing(run):
+    run("polish", "diamond", "--set", "task.payload=1kg")
+    (other,) = Path("runs/diamond").glob("*/task.toml")
+    other.write_bytes(b"\xff")
+    assert run("polish", "diamond", "--set", "task.payload=2kg").exit_code == 0
+    index = Path("runs/diamond", INDEX).read_text()
+    assert f"| {other.parent.name} | task.toml is damaged |" in index
+    assert "| task.payload = 2.0 |" in index
 
 
 def test_digits_that_a_name_does_not_show_tell_folders_apart(run):
