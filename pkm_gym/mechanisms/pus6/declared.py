@@ -208,8 +208,8 @@ class LayoutTask(Pus6Task):
 class LayoutDesign(NamedTuple):
     """The same dimensions in a wider box, the angles of both hexagons among them."""
 
-    L: Annotated[float, variable(0.36, 0.60, "m", "length of the rods", step=0.02)]
-    R: Annotated[float, variable(0.06, 0.24, "m", "radius of the S joints", step=0.02)]
+    L: Annotated[float, variable(0.36, 0.60, "m", "length of the rods", step=0.03)]
+    R: Annotated[float, variable(0.06, 0.24, "m", "radius of the S joints", step=0.03)]
     r_B: ScrewRadius
     phi_A: Annotated[
         float,
