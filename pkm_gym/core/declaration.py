@@ -77,9 +77,11 @@ class Declaration:
         evaluations: budget of an episode.
         motion: arguments of the environment that drives its twin where they aren't the defaults;
             None for a mechanism without a twin, or one that another problem's drives.
+        motion_environment: the part of its id that names the machine; ``environment`` if not given.
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
-        searches: how many searches of a task must agree before its optimum is certified.
+        searches: how many searches of a task must agree before its optimum is certified; 1 where
+            there are so many basins that it takes more than that: what is found is the best known.
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.
@@ -109,6 +111,7 @@ class Declaration:
     environment: str = ""
     evaluations: int = 12
     motion: Mapping[str, Any] | None = None
+    motion_environment: str = ""
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     starts: int = 0
@@ -138,8 +141,9 @@ class Declaration:
                     f"{', '.join(SPLITS)}, with at least 1"
                 )
         object.__setattr__(self, "constraints", tuple(self.constraints))
-        if not self.environment:
-            object.__setattr__(self, "environment", environment_name(self.name))
+        environment = self.environment or environment_name(self.name)
+        object.__setattr__(self, "environment", environment)
+        object.__setattr__(self, "motion_environment", self.motion_environment or environment)
         own = [item.name for item in self.own_limits]
         if own[:1] != ["dimensions"] or self.constraints[:1] != ("dimensions",):
             raise TypeError(

@@ -23,7 +23,8 @@ DRAWN = 32  # designs that are drawn for each start
 WORKING = 12  # pieces that a descent begins with, at least; as many join in an exchange
 EXCHANGES = 12
 ITERATIONS = 120
-CONVERGED = 1e-13
+CONVERGED = 1e-13  # where searches must agree
+ENOUGH = 1e-10  # where there is one
 GATHERED = 0.15  # a share of the range: how far a descent from a gathered start may go
 ROOM = 1e-10  # that is kept to every limit, for rounding
 
@@ -111,7 +112,7 @@ def _descent(
     found: Search,
 ) -> FloatArray:
     """Return where a descent from a start (d,) within low and high (d,) ends."""
-    span = high - low
+    span, single = high - low, problem.declared.searches == 1
 
     def values(unit: FloatArray) -> FloatArray:
         found.evaluations += len(unit)
@@ -123,7 +124,7 @@ def _descent(
     working = np.zeros(len(limits), dtype=bool)
     working[_largest(limits)] = True
     for _ in range(EXCHANGES):
-        x = _slsqp(_Memory(values), x, working)
+        x = _slsqp(_Memory(values), x, working, ENOUGH if single else CONVERGED)
         limits = values(x[None])[0, 1:]
         broken = (limits > TOLERANCE - 0.5 * ROOM) & ~working
         if not broken.any():
@@ -155,7 +156,7 @@ class _Memory:
         return self
 
 
-def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray) -> FloatArray:
+def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray, enough: float) -> FloatArray:
     """Return the point (d,) of the unit box that SLSQP finds with some of the limits."""
     from scipy.optimize import minimize
 
@@ -171,7 +172,7 @@ def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray) -> FloatArray:
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(x),
         constraints=[limits],
-        options={"maxiter": ITERATIONS, "ftol": CONVERGED},
+        options={"maxiter": ITERATIONS, "ftol": enough},
     )
     end = result.x
     return np.clip(end, 0.0, 1.0) if np.isfinite(end).all() else x

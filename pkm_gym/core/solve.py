@@ -77,7 +77,8 @@ def solve_tasks(
     best of them. Tasks whose searches disagree are searched again with more effort: with a
     population twice as large and a penalty ten times as heavy (where the multipliers exceed the
     merit's weight, its minimiser is no optimum), or from twice as many starts; four times at most.
-    What still disagrees is returned with ``certified`` False.
+    What still disagrees is returned with ``certified`` False, and everything where one search is
+    declared: nothing agrees with it.
 
     Args:
         problem: the design problem; its first objective is optimised.
@@ -103,6 +104,9 @@ def solve_tasks(
     polished = search(problem, tasks, polisher, near=best.designs, radius=NEAR)
     agreed &= _agree(best, polished)
     best = _better(best, polished)
+    if not others:
+        report(len(tasks))
+        return _solutions(problem, tasks, best, np.zeros(len(tasks), dtype=bool), began)
     for harder, child in enumerate(sequence.spawn(ROUNDS), effort + 1):
         report(int(agreed.sum()))
         open_tasks = np.flatnonzero(~agreed)

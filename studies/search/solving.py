@@ -189,10 +189,12 @@ def _summarise(screen: Console, problem: DesignProblem, solved: Solutions) -> No
     open_tasks = np.flatnonzero(~solved.certified)
     if len(open_tasks):
         named = ", ".join(map(str, open_tasks[:NAMED])) + (" ..." if certified < n - NAMED else "")
-        screen.print(
-            f"not certified, since two seeds differ by more than {AGREEMENT:g}: tasks {named}",
-            style=BAD,
+        why = (
+            f"since two seeds differ by more than {AGREEMENT:g}"
+            if problem.declared.searches > 1
+            else "since one search of so many basins proves nothing"
         )
+        screen.print(f"not certified, {why}: tasks {named}", style=BAD)
     screen.print(section("Limits that hold the optima back"))
     limits = table("limit", "optima", "share", numbers=["optima", "share"])
     for name, count in zip(problem.constraint_names, solved.active.sum(axis=0), strict=True):
