@@ -85,6 +85,8 @@ class Declaration:
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.
+        finer: options under which limits are looked for more closely: machines that are drawn to
+            be built and driven hold theirs there, too.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
@@ -116,6 +118,7 @@ class Declaration:
     searches: int = 2
     starts: int = 0
     coarse: Mapping[str, Any] = field(default_factory=dict)
+    finer: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
     evolutions: int = 0
     thorough: int = 0
@@ -211,7 +214,7 @@ class Declaration:
             known = (*SPACE, *(item.name for item in self.options.table()))
             check_known("argument", self.family, known)
             Space.chosen(self.variables, {}, **spaces)
-            for some in (options, self.coarse):
+            for some in (options, self.coarse, self.finer):
                 self.options.of(some)
             kept = json.loads(json.dumps(dict(self.family)))
         except (TypeError, ValueError) as error:

@@ -119,16 +119,22 @@ def check_designs(
 def random_designs(problem: DesignProblem, n: int, seed: int) -> FloatArray:
     """Return n feasible designs (n, d), drawn uniformly from the box for the problem's task.
 
+    Feasible under the ``finer`` options, too, that the problem declares.
+
     Raises:
         ValueError: where too few of ten million random designs are feasible.
     """
     generator = np.random.default_rng(seed)
+    finer = problem.with_task(problem.task, **problem.declared.finer)
     found = np.empty((0, len(problem.low)))
     for _ in range(BATCHES):
         if len(found) >= n:
             return found[:n]
         drawn = generator.uniform(problem.low, problem.high, (BATCH, len(problem.low)))
-        found = np.concatenate([found, drawn[problem.evaluate(drawn).feasible]])
+        drawn = drawn[problem.evaluate(drawn).feasible]
+        if finer.options != problem.options:
+            drawn = drawn[finer.evaluate(drawn).feasible]
+        found = np.concatenate([found, drawn])
     raise ValueError(
         f"{problem.name} has {len(found)} feasible designs among {BATCH * BATCHES:,} random ones: "
         f"{n} were asked for"

@@ -13,6 +13,7 @@ from pkm_gym.core.rows import index, own, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
 SAMPLINGS = {"coarse": 256, "default": 1024, "fine": 4096}  # poses that the means are over
+LEVELS = {"default": 3, "fine": 5}  # of each coordinate, at which limits are looked for
 YAWS = ("euler0", "upu")  # alpha: 0 as in the paper, or what a UPU limb gives
 WEIGHTS = (1.06, 0.88, 0.91, 1.80)  # of F, as the paper prints them
 
@@ -32,6 +33,10 @@ class Pss5UpuOptions(Options):
     sampling: str = option(
         "default", "poses that the means are over: 256, 1,024 or 4,096", choices=lambda: SAMPLINGS
     )
+    nodes: str = option(
+        "default", "levels of each coordinate that limits are looked for at: 3 or 5",
+        choices=lambda: LEVELS,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -295,6 +300,7 @@ PSS5_UPU_SKEW = Declaration(
     searches=1,
     starts=4,
     coarse={"sampling": "coarse"},
+    finer={"nodes": "fine"},  # between three levels one feasible design in 15 is singular
     splits={},  # none are made yet
 )
 

@@ -18,6 +18,7 @@ from pkm_gym.core.rows import Measured
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.declared import (
     DESIGN,
+    LEVELS,
     PSS5_UPU,
     RAIL_SHARE,
     SAMPLINGS,
@@ -179,7 +180,7 @@ class BoxProblem(DesignProblem):
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         self._unit = unit_poses(SAMPLINGS[self.options.sampling])
-        self._nodes = nodes()
+        self._nodes = nodes(LEVELS[self.options.nodes])
         self._upu = 1.0 if self.options.yaw == "upu" else 0.0
 
     @abstractmethod

@@ -16,6 +16,7 @@ from pkm_gym.mechanisms.pss5_upu.declared import LEAST_COSINE, SAMPLINGS
 from pkm_gym.mechanisms.pss5_upu.extremes import nodes
 from pkm_gym.mechanisms.pss5_upu.indices import unit_poses
 from pkm_gym.mechanisms.pss5_upu.mechanism import Pss5Upu
+from pkm_gym.twin.check import random_designs
 
 from .conftest import BEST, GOOD, around
 from .model import Model
@@ -123,6 +124,28 @@ def test_the_nodes_are_half_of_all() -> None:
     mirrored = unit * (1.0, -1.0, 1.0, 1.0, -1.0)
     every = {tuple(pose) for pose in np.concatenate([unit, mirrored]) + 0.0}
     assert every == set(itertools.product((-1.0, 0.0, 1.0), repeat=5))
+
+
+def test_finer_nodes_are_five_levels_and_never_allow_more() -> None:
+    """Between three levels some random feasible designs are singular: machines aren't of those."""
+    fine = problem_of("pss5_upu_skew", sampling="coarse", nodes="fine")
+    default = problem_of("pss5_upu_skew", sampling="coarse")
+    designs = random_designs(fine, 40, seed=0)
+    assert default.evaluate(designs).feasible.all()
+    drawn = random_designs(default, 40, seed=0)
+    np.testing.assert_array_equal(designs, drawn)
+    box = np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 8))
+    box = 0.5 * (default.low + default.high) + 0.5 * (default.high - default.low) * box
+    coarse = default.evaluate(box)
+    found = box[coarse.feasible]
+    close = fine.evaluate(found)
+    assert 0.03 < 1.0 - close.feasible.mean() < 0.12
+    worse = close.constraints - coarse.constraints[coarse.feasible]
+    assert (worse >= -1e-9).all()
+    k = int(np.argmax(close.constraints[:, fine.constraint_names.index("determinant")]))
+    machine = default.mechanism(found[k])
+    unit = nodes(5)
+    assert np.ptp(np.sign(np.linalg.det(machine.system(machine.in_box(unit))))) == 2.0
 
 
 def test_extremes_at_the_nodes_are_the_models() -> None:
