@@ -81,7 +81,7 @@ class Declaration:
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
         searches: how many searches of a task must agree before its optimum is certified; 1 where
-            there are so many basins that it takes more than that: what is found is the best known.
+            there are so many basins that most miss the best: what one finds is the best known.
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.
@@ -90,7 +90,7 @@ class Declaration:
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
-        thorough: the ``effort`` of searches of val, test and ood; those of train have none.
+        thorough: the ``effort`` of searches of train, and of those of val, test and ood.
         splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
@@ -121,7 +121,7 @@ class Declaration:
     finer: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
     evolutions: int = 0
-    thorough: int = 0
+    thorough: tuple[int, int] = (0, 0)
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
     measured: bool = field(default=False, init=False)

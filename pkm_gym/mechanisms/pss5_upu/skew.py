@@ -56,7 +56,7 @@ from pkm_gym.mechanisms.pss5_upu.problem import (
 )
 from pkm_gym.mechanisms.pss5_upu.smooth import columns, take_apart
 
-ENOUGH = 10.0 * LEAST_RCOND  # of a condition that holds no optimum
+ENOUGH = 2.0 * LEAST_RCOND  # of a condition that holds nothing back
 # Microseconds of a design.
 QUALITY_WORK, CLEARANCE_WORK, RCOND_WORK, PIECES_WORK = 40.0, 110.0, 150.0, 300.0
 
