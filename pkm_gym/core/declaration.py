@@ -77,16 +77,20 @@ class Declaration:
         evaluations: budget of an episode.
         motion: arguments of the environment that drives its twin where they aren't the defaults;
             None for a mechanism without a twin, or one that another problem's drives.
+        motion_environment: the part of its id that names the machine; ``environment`` if not given.
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
-        searches: how many searches of a task must agree before its optimum is certified.
+        searches: how many searches of a task must agree before its optimum is certified; 1 where
+            there are so many basins that most miss the best: what one finds is the best known.
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.
+        finer: options under which limits are looked for more closely: machines that are drawn to
+            be built and driven hold theirs there, too.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
-        thorough: the ``effort`` of searches of val, test and ood; those of train have none.
+        thorough: the ``effort`` of searches of train, and of those of val, test and ood.
         splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
@@ -109,13 +113,15 @@ class Declaration:
     environment: str = ""
     evaluations: int = 12
     motion: Mapping[str, Any] | None = None
+    motion_environment: str = ""
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     starts: int = 0
     coarse: Mapping[str, Any] = field(default_factory=dict)
+    finer: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
     evolutions: int = 0
-    thorough: int = 0
+    thorough: tuple[int, int] = (0, 0)
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
     measured: bool = field(default=False, init=False)
@@ -138,8 +144,9 @@ class Declaration:
                     f"{', '.join(SPLITS)}, with at least 1"
                 )
         object.__setattr__(self, "constraints", tuple(self.constraints))
-        if not self.environment:
-            object.__setattr__(self, "environment", environment_name(self.name))
+        environment = self.environment or environment_name(self.name)
+        object.__setattr__(self, "environment", environment)
+        object.__setattr__(self, "motion_environment", self.motion_environment or environment)
         own = [item.name for item in self.own_limits]
         if own[:1] != ["dimensions"] or self.constraints[:1] != ("dimensions",):
             raise TypeError(
@@ -207,7 +214,7 @@ class Declaration:
             known = (*SPACE, *(item.name for item in self.options.table()))
             check_known("argument", self.family, known)
             Space.chosen(self.variables, {}, **spaces)
-            for some in (options, self.coarse):
+            for some in (options, self.coarse, self.finer):
                 self.options.of(some)
             kept = json.loads(json.dumps(dict(self.family)))
         except (TypeError, ValueError) as error:

@@ -1,8 +1,10 @@
-"""The 3-4-5 polynomial and the paths built from it."""
+"""The 3-4-5 polynomial and what is built from it: paths, and a feed with ramps."""
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from pkm_gym.core.compile import formula, kernel
 from pkm_gym.core.types import FloatArray
@@ -80,3 +82,29 @@ def polyline_345(
             position[j] += s * side
             velocity[j] += rate / durations[i] * side
         t -= durations[i]
+
+
+# A steady feed -----------------------------------------------------------------------------------
+
+
+def ramped(times: FloatArray, duration: float, ramp: float) -> tuple[FloatArray, FloatArray]:
+    """Return the way (n,), s, and the speed (n,) of a unit feed with smooth ramps at both ends.
+
+    From rest to rest in ``duration``, s, of which each ``ramp``, s, covers half its time: the whole
+    way is duration - ramp.
+    """
+    rise = np.clip(times / ramp, 0.0, 1.0)
+    fall = np.clip((duration - times) / ramp, 0.0, 1.0)
+    steady = np.clip(times - ramp, 0.0, duration - 2.0 * ramp)
+    way = ramp * (_ramp_way(rise) + 0.5 - _ramp_way(fall)) + steady
+    return way, np.minimum(_ramp_speed(rise), _ramp_speed(fall))
+
+
+def _ramp_speed(share: FloatArray) -> FloatArray:
+    """Return the 3-4-5 polynomial at shares (n,) of a ramp."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def _ramp_way(share: FloatArray) -> FloatArray:
+    """Return its integral, 1/2 at the end."""
+    return share**4 * (2.5 - 3.0 * share + share**2)

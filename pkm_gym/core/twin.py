@@ -49,6 +49,8 @@ class Solver:
         solimp: impedance of the loops.
         integrator: of MuJoCo.
         gravity: whether the twin has weight, where it is checked and where it is driven.
+        bears: whether the servos bear it in the check; not where some feasible designs are so near
+            a singularity that they fall.
     """
 
     timestep: float
@@ -56,13 +58,15 @@ class Solver:
     solimp: tuple[float, float, float, float, float] = (0.9999, 0.9999, 0.001, 0.5, 2.0)
     integrator: Literal["implicitfast", "Euler"] = "implicitfast"
     gravity: bool = True
+    bears: bool = True
 
     def __str__(self) -> str:
         """Return the settings as the table of the check shows them."""
+        held = "" if self.bears else ", held without gravity"
         return (
             f"timestep {self.timestep:g} s, {self.integrator}, Newton 1e-14, "
             f"solref {self.solref[0]:g} {self.solref[1]:g}, solimp {self.solimp[0]:g}"
-            f"{'' if self.gravity else ', no gravity'}"
+            f"{held if self.gravity else ', no gravity'}"
         )
 
 
@@ -191,6 +195,7 @@ def add_drive(
     home: float,
     inertia: float,
     span: tuple[float, float] | None = None,
+    bandwidth: float = BANDWIDTH,
 ) -> None:
     """Add a servo and a motor to a joint.
 
@@ -200,8 +205,9 @@ def add_drive(
         home: its value at the pose of the twin, where the servo's control is 0.
         inertia: what the servo moves, kg or kg m^2; it is critically damped with this one.
         span: least and greatest value that the servo takes.
+        bandwidth: of the servo with this inertia, rad/s.
     """
-    kp, kv = inertia * BANDWIDTH**2, 2.0 * inertia * BANDWIDTH
+    kp, kv = inertia * bandwidth**2, 2.0 * inertia * bandwidth
     common: dict[str, Any] = {"target": joint, "trntype": mujoco.mjtTrn.mjTRN_JOINT}
     if span is not None:
         common |= {"ctrlrange": [span[0] - home, span[1] - home], "ctrllimited": True}

@@ -33,9 +33,9 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Description
     A design's MuJoCo twin stands at the start of its task's path: the Diamond's pick-and-place
-    cycle, the 3-SPR's way down, across and up, the leg's step, or the 6-PUS's engraving. The
-    agent's actions are the motors' forces; it is to keep the tool on the path, which moves on
-    whether the tool follows or not.
+    cycle, the 3-SPR's way down, across and up, the leg's step, the 6-PUS's engraving, or the
+    5-PSS/UPU's Lissajous figure. The agent's actions are the motors' forces; it is to keep the tool
+    on the path, which moves on whether the tool follows or not.
 
     MuJoCo takes ``frame_skip`` steps in each step of the environment, during which the forces are
     held. ``speed`` is how many times as fast as the paper's the path is run.
@@ -46,6 +46,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     | PKM/SPR3Motion-v0 | 2.95 s; other designs have paths of other lengths | 20 | 5 ms | 590 |
     | PKM/StrokeLegMotion-v0 | 4 s, a step of ours | 0.5 | 6 ms | 667 |
     | PKM/PUS6Motion-v0 | 12.6 s, a spiral of ours on a tilted plane | 1 | 10 ms | 1263 |
+    | PKM/PSS5UPUMotion-v0 | 4 s, a Lissajous figure of ours in five coordinates | 1 | 5 ms | 800 |
 
     ## Action Space
     ``Box(-1, 1, (k,), float32)`` for ``k`` motors: the force (N) or torque (N m) over

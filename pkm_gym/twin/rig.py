@@ -71,6 +71,7 @@ class Rig:
     def __init__(
         self, mechanism: Mechanism, task: Any = None, *, speed: float = 1.0, frame_skip: int = 5
     ) -> None:
+        mechanism = mechanism.real()
         module = twin_module(mechanism)
         course = module.course(mechanism, SAMPLES, task).at_speed(speed)
         if course.duration > LONGEST * (SAMPLES - 1):

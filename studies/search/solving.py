@@ -16,7 +16,7 @@ from rich.progress import Progress, TaskID
 
 from pkm_gym.core.pool import write_npz
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import AGREEMENT, ARRAYS, Solutions, solve_tasks
+from pkm_gym.core.solve import AGREEMENT, ARRAYS, ENOUGH_STARTS, Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
@@ -189,10 +189,12 @@ def _summarise(screen: Console, problem: DesignProblem, solved: Solutions) -> No
     open_tasks = np.flatnonzero(~solved.certified)
     if len(open_tasks):
         named = ", ".join(map(str, open_tasks[:NAMED])) + (" ..." if certified < n - NAMED else "")
-        screen.print(
-            f"not certified, since two seeds differ by more than {AGREEMENT:g}: tasks {named}",
-            style=BAD,
+        why = (
+            f"since two seeds differ by more than {AGREEMENT:g}"
+            if problem.declared.searches > 1
+            else f"since not two searches of {ENOUGH_STARTS} starts or more reach the best"
         )
+        screen.print(f"not certified, {why}: tasks {named}", style=BAD)
     screen.print(section("Limits that hold the optima back"))
     limits = table("limit", "optima", "share", numbers=["optima", "share"])
     for name, count in zip(problem.constraint_names, solved.active.sum(axis=0), strict=True):

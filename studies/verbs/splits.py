@@ -74,7 +74,7 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
         seed=list(SPLITS).index(split),
         command=f"pkm-gym splits {called(problem)} --split {split}",
         part=path.with_name(f"{path.name}.part"),
-        effort=0 if split == "train" else problem.declared.thorough,
+        effort=problem.declared.thorough[split != "train"],
     )
     solved = solve(job, screen)
     if problem.declared.neighbours:

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.arguments import design_from, known_problems
 from pkm_gym.studies.cli.options import DesignFileOption, SeedOption, json_option
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
@@ -64,14 +64,14 @@ def command(
 
 
 def machines() -> tuple[str, ...]:
-    """Return the problems to check: the first one of each mechanism that has a twin."""
+    """Return the problems to check, one a mechanism with a twin: the one that drives it, if any."""
     first: dict[str, str] = {}
-    for name in known_problems():
+    for name in sorted(known_problems(), key=lambda name: declaration(name).motion is None):
         problem = make_problem(name)
         module = problem.mechanism(problem.printed_design()).twin_module
         if module:
             first.setdefault(module, name)
-    return tuple(first.values())
+    return tuple(sorted(first.values()))
 
 
 def _check(

@@ -140,7 +140,8 @@ def test_each_registered_declaration_is_complete(name: str) -> None:
         assert v.low < v.high
         assert v.step > 0.0
     for field in made.task.variables():
-        assert field.legal_low <= field.low <= field.default <= field.high <= field.legal_high
+        assert field.legal_low <= field.low <= field.high <= field.legal_high
+        assert field.legal_low <= field.default <= field.legal_high
     for objective in made.objectives:
         assert np.isfinite([objective.worst, objective.scale, made.penalty_weight]).all()
     assert set(made.splits) in ({"train", "val", "test", "ood"}, set())

@@ -12,7 +12,12 @@ import pytest
 
 import pkm_gym
 from pkm_gym.envs.design import DesignEnv
-from pkm_gym.envs.registration import environment_ids, register_environments, register_problem
+from pkm_gym.envs.registration import (
+    environment_ids,
+    motion_id,
+    register_environments,
+    register_problem,
+)
 from pkm_gym.mechanisms import address, declaration, own_declarations, problem_type
 
 OWN = {item.name for item in own_declarations()}
@@ -53,10 +58,17 @@ def test_every_id_is_declared_and_every_declared_id_is_there():
     declared = [declaration(name) for name in pkm_gym.problems()]
     assert made == {env_id for item in declared for env_id in environment_ids(item)}
     for item in declared:
-        motion = f"PKM/{item.environment}Motion-v0"
-        assert (motion in made) == (item.motion is not None)
         if item.motion is not None:
-            assert item.motion.items() <= gym.spec(motion).kwargs.items()
+            assert motion_id(item) in made
+            assert item.motion.items() <= gym.spec(motion_id(item)).kwargs.items()
+
+
+def test_a_motion_s_id_names_the_machine_that_moves():
+    driven = gym.spec("PKM/PSS5UPUMotion-v0").kwargs["problem"]
+    assert driven == "pss5_upu_skew"
+    assert declaration("pss5_upu").motion is None
+    assert environment_ids(declaration("pss5_upu")) == ("PKM/PSS5UPU-v0", "PKM/PSS5UPUFamily-v0")
+    assert "PKM/PSS5UPUSkewMotion-v0" not in gym.registry
 
 
 def test_registering_again_changes_nothing_and_says_nothing():

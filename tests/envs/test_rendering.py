@@ -110,7 +110,7 @@ def test_mujoco_draws_the_machine_of_the_design_evaluated_last(
     *_, info = env.step(np.zeros(env.action_space.shape))
     assert env.render().shape == (960, 1280, 3)
     design, task = env.problem.design(info["design"]), env.session.tasks[0]
-    assert photographed == [env.problem.mechanism(design, env.problem.unpack(task))]
+    assert photographed == [env.problem.mechanism(design, env.problem.unpack(task)).real()]
     env.close()
 
 

@@ -271,6 +271,8 @@ def test_a_pole_does_not_wash_out_the_colours(problem, designs):
     known = index.values[np.isfinite(index.values)]
     if not len(known) or known.max() <= 3.0 * np.median(known):
         pytest.skip("its first index has no pole")
+    if known.min() <= 1e-6 * np.median(known):
+        pytest.skip("its first index is 0 somewhere, which stretches the colours")
     values, _ = plots.shown(index.values, index.unit)
     axes = plots.design_figure(problem, designs["unreachable"]).axes[1]
     bands = max(axes.collections, key=lambda c: len(getattr(c, "levels", ())))

@@ -346,7 +346,7 @@ STROKE_LEG_GAIT = Declaration(
     starts=6,
     neighbours=6,
     evolutions=3,
-    thorough=3,
+    thorough=(0, 3),
     splits={"train": 2048, "val": 64, "test": 64, "ood": 64},
 )
 

@@ -131,7 +131,8 @@ def test_where_the_paper_has_no_grid_ours_spans_the_bounds(problem):
     if problem.grid() is not None:
         pytest.skip("there is a grid over the paper's ranges")
     assert grid_name(problem) == "our grid"
-    step = float((problem.high - problem.low).max() / 8.5)
+    parts = 8.5 if len(problem.variables) < 8 else 2.5
+    step = float((problem.high - problem.low).max() / parts)
     designs = grid_designs(problem, step)
     axes = [np.unique(column) for column in designs.T]
     assert len(designs) == np.prod([len(axis) for axis in axes])
