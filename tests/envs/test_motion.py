@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -403,6 +405,22 @@ def test_a_run_goes_on_from_what_was_saved(motion_id, move, tracker):
         again = other.step(tracker(other))
         np.testing.assert_array_equal(again[0], observation)
         assert (again[1], again[4]) == (reward, info)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_with_the_episode_and_the_next(motion_id, copied):
+    env = gym.make(motion_id, start="anywhere", start_offset=0.02)
+    env.reset(seed=8)
+    assert not env.step(np.zeros(env.action_space.shape))[2]
+    other = copied(env)
+    actions = np.random.default_rng(3).uniform(-0.1, 0.1, (5, *env.action_space.shape))
+    runs = []
+    for each in (env, other):
+        steps = [each.step(action) for action in actions]
+        runs.append([*steps, each.reset(), each.step(actions[0])])
+    for one, two in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one[0], two[0])
+        assert one[1:] == two[1:]
 
 
 # Bad input ----------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 
 import gymnasium as gym
@@ -138,6 +139,17 @@ def test_one_call_evaluates_all_sessions(env_id, monkeypatch):
     for _ in range(12):
         envs.step(envs.action_space.sample())
     assert calls == [N] * 12
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda envs: pickle.loads(pickle.dumps(envs))])
+def test_a_copy_goes_on_with_the_sessions(env_id, copied):
+    envs = gym.make_vec(env_id, num_envs=2, start="random")
+    envs.reset(seed=0)
+    envs.step(envs.action_space.sample())
+    other = copied(envs)
+    for _ in range(14):
+        actions = envs.action_space.sample()
+        assert_same(envs.step(actions), other.step(actions))
 
 
 def test_what_is_returned_belongs_to_the_caller(env_id):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import pickle
 from pathlib import Path
 
 import gymnasium as gym
@@ -48,6 +50,17 @@ def test_tasks_come_in_order_whatever_the_seed_and_begin_again(family_id, tasks)
         env.reset(seed=seed)
         assert env.row == episode % 3
         np.testing.assert_array_equal(env.unwrapped.session.tasks[0], tasks[env.row])
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_copies_of_wrapped_environments_go_on(family_id, tasks, copied):
+    env = FixedTasks(made(family_id), tasks)
+    env.reset(seed=1)
+    other, action = copied(env), 0.3 * np.ones(env.action_space.shape)
+    for one, two in ((env.step(action), other.step(action)), (env.reset(), other.reset())):
+        np.testing.assert_array_equal(one[0], two[0])
+        assert one[1:] == two[1:]
+    assert other.row == env.row == 1
 
 
 def test_a_start_may_still_be_given(family_id, tasks):
