@@ -114,6 +114,8 @@ def design_course(
         ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
     """
     arguments = {**find_spec(env_id).kwargs, **recipe.environment}
+    if arguments.get("reward") == "objectives":
+        raise ValueError("reward is 'objectives', a vector: agents are trained on a number")
     problem = _problem(arguments)
     needed = recipe.starts == "interpolated" or arguments.get("reward") == "regret"
     if pool is None and needed and arguments.get("family"):

@@ -1,4 +1,4 @@
-"""Wrappers of a design environment: given tasks, a vector of objectives, a grid of designs."""
+"""Wrappers of a design environment: given tasks, a grid of designs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
 from pkm_gym.core.pool import Pool
-from pkm_gym.core.trial import trial_values
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import finite
 from pkm_gym.envs.design import DesignEnv, Observation
@@ -83,40 +82,6 @@ class FixedTasks(gym.Wrapper[Observation, Action, Observation, Action], RecordCo
         result = self.env.reset(seed=seed, options={**(options or {}), "task": self.tasks[row]})
         self.row = row
         return result
-
-
-class MultiObjective(gym.Wrapper[Observation, Action, Observation, Action], RecordConstructorArgs):
-    """Reward each step with a vector, one number for each objective, larger is better.
-
-    It follows MO-Gymnasium: ``reward_space`` describes the vector, and ``step`` returns it as a
-    float32 array (k,). It holds the objectives of the design that the step evaluated, those that
-    are minimised with a minus; where the design breaks a constraint, each objective's ``worst``
-    made worse by the violation. The scalar reward is ``info["scalar_reward"]``.
-
-    Args:
-        env: a design environment, made with ``objective=("...", "...")`` for several.
-
-    Raises:
-        TypeError: if ``env`` is no design environment.
-    """
-
-    def __init__(self, env: Env) -> None:
-        self._inner = design_env(env, "MultiObjective")
-        RecordConstructorArgs.__init__(self)
-        gym.Wrapper.__init__(self, env)
-        problem = self._inner.problem
-        self._signs = np.array([-item.sign for item in problem.objectives])
-        worst = self._signs * [item.worst for item in problem.objectives]
-        lowest = (worst - len(problem.constraint_names)).astype(np.float32)
-        self.reward_space = spaces.Box(lowest, np.full_like(lowest, np.inf), dtype=np.float32)
-
-    def step(self, action: Action) -> tuple[Observation, npt.NDArray[np.float32], bool, bool, Info]:
-        """Take the step; return the vector in place of the scalar reward."""
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        assert self._inner.evaluation is not None
-        vector = self._signs * trial_values(self._inner.evaluation)[0]
-        info["scalar_reward"] = float(reward)
-        return observation, vector.astype(np.float32), terminated, truncated, info
 
 
 class PaperGrid(

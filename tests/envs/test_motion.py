@@ -234,12 +234,16 @@ def test_a_simulation_that_breaks_down_leaves_neither_nan_nor_a_file(
 
 def test_the_end_of_the_path_ends_the_run_and_only_the_end_has_a_reason(motion_id, move, tracker):
     env = move(motion_id)
-    env.reset(seed=0)
+    _, first = env.reset(seed=0)
+    assert not any(first["forces"].values())
     ended, steps = False, 0
     while not ended:
         *_, ended, _, info = env.step(tracker(env))
         steps += 1
-        assert ("reason" in info) == ended
+        assert bool(info["reason"]) == ended
+        assert {k: type(v) for k, v in info.items()} == {k: type(v) for k, v in first.items()}
+        assert first["task"] == info["task"]
+        info["task"].clear()
     assert info["reason"] == "finished"
     assert steps == env.rig.path.steps
     with pytest.raises(ResetNeeded):

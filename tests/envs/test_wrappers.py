@@ -1,4 +1,4 @@
-"""Wrappers: tasks in a given order, a vector of objectives, a grid of designs by number."""
+"""Wrappers: tasks in a given order, a grid of designs by number."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import pkm_gym
-from pkm_gym.core.trial import trial_values
-from pkm_gym.envs.wrappers import FixedTasks, MultiObjective, PaperGrid
+from pkm_gym.envs.wrappers import FixedTasks, PaperGrid
 from pkm_gym.mechanisms import declaration
 
 GRIDS = [name for name in pkm_gym.problems() if pkm_gym.make_problem(name).grid() is not None]
@@ -114,34 +113,6 @@ def test_bad_tasks_are_refused(family_id, tasks, pools):
         FixedTasks(env, other)
 
 
-def test_the_reward_is_the_vector_of_objectives(problem, fixed_id, design, rng):
-    names = [objective.name for objective in problem.all_objectives]
-    env = MultiObjective(made(fixed_id, objective=names))
-    plain = made(fixed_id, objective=names)
-    problem = env.unwrapped.problem
-    signs = np.where([o.direction == "maximise" for o in problem.objectives], 1.0, -1.0)
-    feasible = 0
-    for episode in range(4):
-        options = {"design": design} if episode % 2 else None
-        env.reset(seed=episode, options=options)
-        plain.reset(seed=episode, options=options)
-        terminated = False
-        while not terminated:
-            action = rng.uniform(-1.0, 1.0, env.action_space.shape) * (episode > 1)
-            _, reward, terminated, _, info = env.step(action)
-            _, scalar, _, _, _ = plain.step(action)
-            tried = problem.design({n: info["design"][n] for n in problem.variable_names})
-            expected = trial_values(problem.evaluate(tried[None]))[0]
-            np.testing.assert_allclose(reward, signs * expected, rtol=1e-6)
-            assert env.reward_space.contains(reward)
-            assert info["scalar_reward"] == scalar
-            if info["feasible"]:
-                feasible += 1
-                indices = [info["indices"][name] for name in names]
-                np.testing.assert_allclose(reward, signs * indices, rtol=1e-6)
-    assert feasible
-
-
 def test_each_action_evaluates_its_design_of_the_grid(grid, rng):
     problem = grid.unwrapped.problem
     np.testing.assert_array_equal(grid.designs, problem.grid())
@@ -189,7 +160,7 @@ def test_a_grid_that_cannot_be_is_refused():
         PaperGrid(nowhere)
 
 
-@pytest.mark.parametrize("wrapper", [MultiObjective, PaperGrid, lambda env: FixedTasks(env, [])])
+@pytest.mark.parametrize("wrapper", [PaperGrid, lambda env: FixedTasks(env, [])])
 def test_only_a_design_environment_is_wrapped(wrapper):
     with pytest.raises(TypeError, match=r"wraps a design environment, .* got CartPoleEnv"):
         wrapper(gym.make("CartPole-v1"))
