@@ -13,7 +13,7 @@ from gymnasium.error import ResetNeeded
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known
-from pkm_gym.envs.checks import finite
+from pkm_gym.envs.checks import check_arguments, finite
 from pkm_gym.envs.infos import Info, session_info, single
 from pkm_gym.envs.objectives import RewardSpace
 from pkm_gym.envs.observation import observation_layout, observe
@@ -165,6 +165,7 @@ class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
             ValueError: for an unknown name, with its closest match, an illegal value, or a pool
                 that is missing, bad or another problem's.
         """
+        check_arguments(problem, arguments, DesignEnv)
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
         made = family_problem if family else make_problem

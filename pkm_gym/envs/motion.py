@@ -13,7 +13,7 @@ from gymnasium.error import ResetNeeded
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
-from pkm_gym.envs.checks import check_whole, finite
+from pkm_gym.envs.checks import check_arguments, check_whole, finite
 from pkm_gym.envs.motion_opening import MotionOpening
 from pkm_gym.envs.motion_rules import NOTHING, MotionRules
 from pkm_gym.envs.motion_view import View, motion_layout
@@ -167,6 +167,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             ValueError: for an unknown name, with its closest match, an illegal value, or a design
                 that has no twin or can't follow the path.
         """
+        check_arguments(problem, arguments, MotionEnv)
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
         check_whole("width", width)

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
-from pkm_gym.envs.checks import check_whole, finite
+from pkm_gym.envs.checks import check_arguments, check_whole, finite
 from pkm_gym.envs.design import DesignEnv, Observation
 from pkm_gym.envs.infos import Info, merge, select, session_info
 from pkm_gym.envs.objectives import RewardSpace, Rewards
@@ -62,6 +62,7 @@ class DesignVectorEnv(RewardSpace, VectorEnv[Observation, npt.NDArray[Any], npt.
         Raises:
             ValueError: for an unknown name, with its closest match, or an illegal value.
         """
+        check_arguments(problem, arguments, DesignVectorEnv, DesignEnv)
         check_whole("num_envs", num_envs)
         if not isinstance(autoreset_mode, AutoresetMode):
             check_known("autoreset_mode", [autoreset_mode], [mode.value for mode in AutoresetMode])

@@ -339,7 +339,8 @@ def test_hostile_actions_are_refused_before_anything_changes(env_id, make, hosti
         ({"start": "pool"}, "start='pool' needs solved tasks"),
         ({"family": "yes"}, "family is 'yes'"),
         ({"render_mode": "ansi"}, "unknown render_mode 'ansi'"),
-        ({"objectve": "tau_G"}, "unknown option 'objectve'"),
+        ({"objectve": "tau_G"}, "unknown argument 'objectve'; did you mean 'objective'"),
+        ({"buget": 3}, "unknown argument 'buget'; did you mean 'budget'"),
         ({"pool": "nowhere.npz"}, "'nowhere.npz' does not exist"),
     ],
 )

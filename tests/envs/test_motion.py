@@ -443,7 +443,9 @@ def test_a_copy_goes_on_with_the_episode_and_the_next(motion_id, copied):
         ({"render_mode": "rgb"}, "unknown render_mode 'rgb'; did you mean 'rgb_array'"),
         ({"width": 0}, "width is 0: it must be a whole number of at least 1"),
         ({"design": [1.0]}, "option design must be numbers of shape"),
-        ({"budget": 3}, "unknown option 'budget'"),
+        ({"budget": 3}, "unknown argument 'budget'"),
+        ({"frame_skips": 3}, "unknown argument 'frame_skips'; did you mean 'frame_skip'"),
+        ({"bound": {}}, "unknown argument 'bound'; did you mean 'bounds'"),
     ],
 )
 def test_bad_arguments_are_refused_in_one_sentence(motion_id, arguments, sentence):

@@ -114,6 +114,25 @@ def test_what_a_family_declares_stands_in_its_id_and_is_looked_up_where_it_does_
             del gym.registry[env_id]
 
 
+@pytest.mark.parametrize(
+    ("make", "kind", "more"),
+    [
+        (gym.make, "", {"budget", "reward", "start", "pool", "render_mode", "step_decay"}),
+        (gym.make_vec, "", {"num_envs", "autoreset_mode", "infos", "budget", "reward", "pool"}),
+        (gym.make, "Motion", {"design", "speed", "force_limit", "start_offset", "width"}),
+    ],
+)
+def test_an_unknown_argument_is_answered_with_all_that_are_known(make, kind, more, problem):
+    if kind and problem.declared.motion is None:
+        pytest.skip("it has no twin")
+    with pytest.raises(ValueError, match="unknown argument 'zzzzzz'; known: ") as refusal:
+        make(f"PKM/{problem.declared.environment}{kind}-v0", zzzzzz=1)
+    known = set(str(refusal.value).partition("known: ")[2].split(", "))
+    options = {item.name for item in problem.options_type.table()}
+    assert known >= more | options | {"task", "objective", "free", "fixed", "bounds"}
+    assert not known & {"self", "problem", "arguments", "options"}
+
+
 def test_spec_survives_json_with_every_kind_of_argument(fixed_id, play, other_task):
     first = gym.spec(fixed_id).make().unwrapped.problem
     (name, *_, last), design = first.variable_names, first.printed_design()

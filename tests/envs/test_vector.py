@@ -206,6 +206,8 @@ def test_hostile_actions_are_refused_before_anything_changes(env_id):
         ({"autoreset_mode": "samestep"}, "did you mean 'SameStep'"),
         ({"render_mode": "human"}, "unknown render_mode 'human'"),
         ({"budget": 0}, "budget is 0"),
+        ({"num_env": 2}, "unknown argument 'num_env'; did you mean 'num_envs'"),
+        ({"start_": "pool"}, "unknown argument 'start_'; did you mean 'start'"),
     ],
 )
 def test_bad_arguments_are_refused(fixed_id, arguments, sentence):
