@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import gymnasium as gym
+import imageio.v2 as imageio
 import mo_gymnasium
 import numpy as np
 import pytest
@@ -98,6 +99,37 @@ def test_a_reward_that_is_a_number_has_no_reward_space(fixed_id, make):
         assert not hasattr(env, "reward_dim")
         with pytest.raises(AttributeError, match="reward is 'improvement', a number"):
             _ = env.reward_space
+
+
+# Gymnasium's RecordVideo --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("env_id", "arguments"),
+    [
+        ("PKM/Diamond-v0", {"budget": 2}),
+        ("PKM/Diamond-v0", {"budget": 2, "renderer": "mujoco"}),
+        ("PKM/DiamondMotion-v0", {"error_limit": 0.002, "width": 320, "height": 240}),
+    ],
+)
+def test_record_video_writes_an_episode(env_id, arguments, tmp_path):
+    env = gym.make(env_id, render_mode="rgb_array", **arguments)
+    env.reset(seed=0)
+    try:
+        height, width, _ = env.render().shape
+    except OSError as error:
+        pytest.skip(f"MuJoCo draws nothing on this machine: {error}")
+    film, frames, ended = gym.wrappers.RecordVideo(env, str(tmp_path / "films")), 1, False
+    film.reset(seed=0)
+    while not ended:
+        _, _, ended, _, _ = film.step(np.zeros(env.action_space.shape))
+        frames += 1
+    film.close()
+    (file,) = tmp_path.glob("films/*.mp4")
+    video = imageio.get_reader(file)
+    assert video.get_meta_data()["size"] == (width, height)
+    assert abs(video.count_frames() - frames) <= 1
+    video.close()
 
 
 # Minari -------------------------------------------------------------------------------------------
