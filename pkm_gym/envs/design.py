@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import gymnasium as gym
@@ -17,7 +16,7 @@ from pkm_gym.envs.checks import check_arguments, finite
 from pkm_gym.envs.infos import Info, session_info, single
 from pkm_gym.envs.objectives import RewardSpace
 from pkm_gym.envs.observation import observation_layout, observe
-from pkm_gym.envs.opening import Opening
+from pkm_gym.envs.opening import Opening, PoolLike
 from pkm_gym.envs.rendering import Frame, Painter, Window
 from pkm_gym.envs.rules import Rules
 from pkm_gym.envs.session import Session
@@ -92,8 +91,10 @@ class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
     minus; where the design breaks a constraint, each one's ``worst`` made worse by the violation.
 
     ## Starting State
-    The incumbent is the centre of the box, a random design (``start="random"``) or the one stored
-    with the task (``start="pool"``), not evaluated yet. A Family draws a new task, from the pool's
+    The incumbent is the centre of the box, a random design (``start="random"``), the one stored
+    with the task (``start="pool"``) or one between the pool's optima (``start="interpolated"``: for
+    a task of the pool from the seven eighths of the others, for any other task from them all). It
+    is not evaluated yet. A Family draws a new task, from the pool's
     solvable ones if there is one. ``reset(options={"task": ..., "design": ...})`` gives either: the
     task as a mapping of the fields that differ from the paper's or packed (m,), the design as a
     mapping of the variables or an array (d,), in SI units.
@@ -134,7 +135,7 @@ class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
         reward: str = "improvement",
         regret_floor: float = 1e-5,
         start: str = "centre",
-        pool: str | os.PathLike[str] | None = None,
+        pool: PoolLike | None = None,
         render_mode: str | None = None,
         renderer: str = "matplotlib",
         **arguments: Any,
@@ -153,8 +154,10 @@ class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
             action_mode: "relative" to the best design so far, or "absolute" in the box.
             reward: "improvement", "final", "regret" or "objectives".
             regret_floor: what "regret" counts as solved.
-            start: "centre", "random" or "pool".
-            pool: file of solved tasks, as ``pkm-gym solve-tasks`` writes it.
+            start: "centre", "random", "pool" or "interpolated", which takes seconds where a pool
+                has thousands of tasks.
+            pool: solved tasks: a file as ``pkm-gym solve-tasks`` writes it, the name of one of the
+                benchmark's splits such as "train", or a Pool.
             render_mode: "rgb_array", "human" or None.
             renderer: "matplotlib": a sheet with the machine, its map and its numbers; "mujoco": the
                 machine as a camera sees it, which needs OpenGL.

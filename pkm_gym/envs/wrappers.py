@@ -15,6 +15,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import finite
 from pkm_gym.envs.design import DesignEnv, Observation
 from pkm_gym.envs.infos import Info
+from pkm_gym.envs.opening import read_pool
 
 Action: TypeAlias = npt.NDArray[Any]
 Env: TypeAlias = gym.Env[Observation, Action]
@@ -42,28 +43,29 @@ class FixedTasks(gym.Wrapper[Observation, Action, Observation, Action], RecordCo
 
     Args:
         env: a design environment.
-        tasks: packed tasks (n, m), or a Pool, such as a split of the benchmark.
+        tasks: packed tasks (n, m), or a Pool, such as a split of the benchmark: those of its tasks
+            that are solvable, since the others have no optimum to be measured by.
 
     Attributes:
+        tasks: array (n, m), packed, the tasks that it goes through.
         row: which task the running episode is about; -1 before the first.
 
     Raises:
         TypeError: if ``env`` is no design environment.
-        ValueError: for another problem's pool, a wrong shape or an illegal task.
+        ValueError: for another problem's pool or one without a solvable task, a wrong shape, an
+            illegal task, or one without a stored optimum where the environment needs it.
     """
 
     def __init__(self, env: Env, tasks: FloatArray | Pool) -> None:
-        problem = design_env(env, "FixedTasks").problem
+        inner = design_env(env, "FixedTasks")
+        problem = inner.problem
         if isinstance(tasks, Pool):
-            if tasks.hash != problem.hash():
-                raise ValueError(
-                    f"the pool belongs to another problem (hash {tasks.hash[:12]}): FixedTasks "
-                    f"needs one of {problem.name} (hash {problem.hash()[:12]})"
-                )
-            tasks = tasks.tasks
+            pool = read_pool(problem, tasks)
+            tasks = pool.tasks[pool.solvable]
         n = max(1, len(tasks)) if np.ndim(tasks) else 1
         self.tasks = finite("tasks", tasks, (n, len(problem.task_variables)))
         problem.task_type.check_rows(self.tasks)
+        inner.opening.check_stored(self.tasks)
         self.row = -1
         RecordConstructorArgs.__init__(self, tasks=self.tasks.tolist())
         gym.Wrapper.__init__(self, env)

@@ -86,6 +86,29 @@ def test_a_pool_gives_its_tasks(fixed_id, paper_pool):
     np.testing.assert_array_equal(env.tasks, pool.tasks)
 
 
+@pytest.mark.parametrize("arguments", [{}, {"reward": "regret"}, {"start": "pool"}])
+def test_of_a_pool_the_tasks_that_are_solvable_are_gone_through(family_id, pools, arguments):
+    pool, file = pools
+    env = FixedTasks(made(family_id, pool=str(file), **arguments), pool)
+    np.testing.assert_array_equal(env.tasks, pool.tasks[pool.solvable])
+    assert 0 < len(env.tasks) < len(pool)
+    for episode in range(len(pool) + 1):
+        env.reset(seed=episode)
+        task = env.unwrapped.session.tasks[0]
+        np.testing.assert_array_equal(task, env.tasks[episode % len(env.tasks)])
+
+
+def test_tasks_that_an_episode_would_stop_at_are_refused_at_once(family_id, pools, tasks):
+    pool, file = pools
+    env = made(family_id, pool=str(file), reward="regret")
+    for those in (tasks, pool.tasks):
+        with pytest.raises(ValueError, match=r"has no stored optimum: it isn't in .*npz"):
+            FixedTasks(env, those)
+    none = dataclasses.replace(pool, solvable=np.zeros(len(pool), dtype=bool))
+    with pytest.raises(ValueError, match="the pool has no solvable task"):
+        FixedTasks(env, none)
+
+
 def test_both_checkers_accept_a_fixed_task(family_id, tasks):
     check_wrapped(FixedTasks(made(family_id), tasks[:1]))
     sb3_check_env(FixedTasks(made(family_id), tasks))
