@@ -30,6 +30,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 config: Any = numba.config
 njit: Any = numba.njit
+threading_layer: Any = numba.threading_layer  # type: ignore[attr-defined]  # numba exports it all the same
 
 # No "nnan" and no "ninf": a kernel may meet NaN and infinity and must answer for them. No "reassoc"
 # and no "contract": of two kernels that hold the same helper, compiled with each, the process uses
@@ -58,7 +59,7 @@ def _layer() -> str:
     or ``numba.config`` names.
     """
     try:
-        return str(numba.threading_layer())
+        return str(threading_layer())
     except ValueError:  # none runs
         asked = str(config.THREADING_LAYER).lower()
     loaded = asked not in ("workqueue", "omp") and _load_tbb()

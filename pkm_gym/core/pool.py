@@ -100,7 +100,6 @@ class Pool:
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         return cls(**values, hash=problem.hash(), command=str(content["command"]))
 
-
     def check(self, problem: DesignProblem) -> None:
         """Refuse a pool of another problem, or one that doesn't fit together.
 

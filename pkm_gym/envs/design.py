@@ -111,7 +111,8 @@ class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
     the numbers are infinite.
 
     ## Arguments
-    See ``__init__``; all of them survive ``EnvSpec.to_json``.
+    See ``__init__``. Given as Python's numbers, strings, lists and mappings, or as a Task, they
+    survive ``EnvSpec.to_json``; Gymnasium doesn't write arrays, paths, sets, enums and Pools.
 
     ## Version History
     * v0: initial version

@@ -105,7 +105,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     0.
 
     ## Arguments
-    See ``__init__``; all of them survive ``EnvSpec.to_json``.
+    See ``__init__``. Given as Python's numbers, strings, lists and mappings, or as a Task, they
+    survive ``EnvSpec.to_json``; Gymnasium doesn't write arrays, paths, sets and enums.
 
     ## Version History
     * v0: initial version

@@ -200,8 +200,8 @@ def _split(problem: DesignProblem, name: str) -> Pool:
     plain, pool = imported(LOAD_SPLIT)(lasting(problem), name)
     if plain.hash() != problem.hash():
         raise ValueError(
-            f"pool={name!r} is of the Family of {problem.name} as it comes, which differs from this "
-            "problem in variables or options: give pool='FILE.npz'"
+            f"pool={name!r} is of the Family of {problem.name} as it comes, which differs from "
+            "this problem in variables or options: give pool='FILE.npz'"
         )
     found: Pool = pool
     return found

@@ -18,7 +18,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.checks import check_arguments, check_whole, finite
 from pkm_gym.envs.design import DesignEnv, Observation
 from pkm_gym.envs.infos import Info, merge, select, session_info
-from pkm_gym.envs.objectives import RewardSpace, Rewards
+from pkm_gym.envs.objectives import Rewards, RewardSpace
 from pkm_gym.envs.observation import observe
 from pkm_gym.envs.rendering import Frame
 from pkm_gym.envs.session import Rows, Session

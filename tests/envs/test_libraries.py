@@ -65,7 +65,9 @@ def test_its_wrappers_take_a_vector(several, play):
     np.testing.assert_allclose(said["r"], rewards.sum(axis=0), rtol=1e-5)
     discounts = 0.9 ** np.arange(len(rewards))
     np.testing.assert_allclose(said["dr"], discounts @ rewards, rtol=1e-5)
-    assert np.isfinite([step[1] for step in play(wrappers.MONormalizeReward(several(), 0), 0)]).all()
+    assert np.isfinite(
+        [step[1] for step in play(wrappers.MONormalizeReward(several(), 0), 0)]
+    ).all()
     clipped = wrappers.MOClipReward(several(), 0, -0.5, 0.5)
     assert all(-0.5 <= step[1][0] <= 0.5 for step in play(clipped, 0))
     skipping = wrappers.MOMaxAndSkipObservation(several(), skip=3)
