@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pkm_gym.core.solve import polish, solve_tasks
     from pkm_gym.envs.design import DesignEnv
     from pkm_gym.envs.vector import DesignVectorEnv
-    from pkm_gym.envs.wrappers import FixedTasks, MultiObjective, PaperGrid
+    from pkm_gym.envs.wrappers import FixedTasks, PaperGrid
     from pkm_gym.mechanisms import make_problem, problems, register
 
 _HOMES = {
@@ -23,7 +23,6 @@ _HOMES = {
     "DesignProblem": "pkm_gym.core.problem",
     "DesignVectorEnv": "pkm_gym.envs.vector",
     "FixedTasks": "pkm_gym.envs.wrappers",
-    "MultiObjective": "pkm_gym.envs.wrappers",
     "PaperGrid": "pkm_gym.envs.wrappers",
     "Pool": "pkm_gym.core.pool",
     "make_problem": "pkm_gym.mechanisms",
@@ -38,7 +37,6 @@ __all__ = [
     "DesignProblem",
     "DesignVectorEnv",
     "FixedTasks",
-    "MultiObjective",
     "PaperGrid",
     "Pool",
     "make_problem",

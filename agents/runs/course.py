@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +15,7 @@ from pkm_gym.agents.designers.files import write_designer
 from pkm_gym.agents.runs.environments import find_spec
 from pkm_gym.agents.runs.files import Origin
 from pkm_gym.agents.runs.recipe import Recipe
-from pkm_gym.agents.runs.run import POOL, VALIDATION
-from pkm_gym.benchmark.interpolation import Interpolation
+from pkm_gym.agents.runs.run import VALIDATION
 from pkm_gym.benchmark.scoring import score
 from pkm_gym.benchmark.splits import split_file
 from pkm_gym.core.pool import Pool
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
 
 
-FOLDS = 8
 VALIDATION_TASKS = 64  # drawn and solved where no file of them is given
 VALIDATION_SEED = 1
 
@@ -113,49 +111,24 @@ def design_course(
     Raises:
         ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
     """
-    arguments = {**find_spec(env_id).kwargs, **recipe.environment}
-    problem = _problem(arguments)
+    arguments = {**find_spec(env_id).kwargs, **recipe.environment, "start": recipe.starts}
+    if arguments.get("reward") == "objectives":
+        raise ValueError("reward is 'objectives', a vector: agents are trained on a number")
     needed = recipe.starts == "interpolated" or arguments.get("reward") == "regret"
-    if pool is None and needed and arguments.get("family"):
-        pool = _split(problem, "train")
-        if pool is None:
-            raise ValueError(f"{env_id} needs solved tasks to train on: give --pool FILE.npz")
     if pool is not None:
         arguments["pool"] = str(pool)
-    solved = Pool.load(pool, problem) if pool is not None else None
-    starts: Starts | None = None
-    if recipe.starts == "interpolated":
-        assert solved is not None
-        starts = Interpolation(problem, solved)
-        arguments |= {"start": "pool", "pool": str(folder / POOL)}
-        if not (folder / POOL).exists():
-            with_starts(problem, solved).save(folder / POOL)
-    else:
-        arguments["start"] = recipe.starts
+    elif needed and arguments.get("family"):
+        if _split(_problem(arguments), "train") is None:
+            raise ValueError(f"{env_id} needs solved tasks to train on: give --pool FILE.npz")
+        arguments["pool"] = "train"
     env = DesignEnv(**arguments)
     if validation is None and env.opening.family:
-        validation = _split(problem, "val")
+        validation = _split(env.problem, "val")
     scored = _validation(env, folder, validation)
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
-    own = starts or Centre(env.problem)
-    return DesignCourse(arguments, env, own, solved, scored.tasks[kept], optima)
-
-
-def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
-    """Return a pool whose tasks start at designs interpolated from the other seven eighths."""
-    starts = pool.starts.copy()
-    rows = np.flatnonzero(pool.solvable)
-    for fold in range(FOLDS):
-        own = np.arange(len(rows)) % FOLDS == fold
-        others = _some(pool, rows[~own])
-        starts[rows[own]] = Interpolation(problem, others).designs(pool.tasks[rows[own]])
-    return replace(pool, starts=starts)
-
-
-def _some(pool: Pool, rows: np.ndarray[Any, np.dtype[np.intp]]) -> Pool:
-    names = ("tasks", "starts", "designs", "optima", "active", "solvable")
-    return replace(pool, **{name: getattr(pool, name)[rows] for name in names})
+    starts = env.opening.between.whole if env.opening.between else Centre(env.problem)
+    return DesignCourse(arguments, env, starts, env.opening.pool, scored.tasks[kept], optima)
 
 
 def _problem(arguments: Mapping[str, Any]) -> DesignProblem:

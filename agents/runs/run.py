@@ -18,7 +18,7 @@ RUN = "run.json"
 CHECKPOINT = "checkpoint.pt"
 BEST = "best.json"
 SCORES = "scores.jsonl"
-POOL, VALIDATION = "pool.npz", "validation.npz"  # made for the run
+VALIDATION = "validation.npz"  # made for the run
 LIBRARIES = ("pkm_gym", "stable_baselines3", "sb3_contrib", "torch", "gymnasium", "numpy", "numba")
 
 
@@ -59,8 +59,7 @@ class Run:
                 "with -o"
             )
         if file.exists():
-            for name in (POOL, VALIDATION):
-                (self.folder / name).unlink(missing_ok=True)
+            (self.folder / VALIDATION).unlink(missing_ok=True)
         content = {**self.settings(), "command": self.command, "versions": versions()}
         with whole_file(file) as part:
             part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +20,7 @@ from pkm_gym.envs.observation import FAMILY_EDGE
 NEIGHBOUR = 3  # the fourth nearest point says how well an input is surrounded
 DISTANCE = 0.1  # a distance of 1 counts like a violation of this
 TINY = 1e-300
+FOLDS = 8  # that a pool is cut into
 LEAST_STRETCH = 1e-3  # of an input to which nothing reacts, beside that of the strongest one
 
 PART = (
@@ -88,6 +91,18 @@ class Part:
     active: BoolArray
     designs: Cubic
     constraints: Cubic
+
+
+def check_size(problem: DesignProblem, pool: Pool) -> None:
+    """Refuse a pool with too few solvable tasks.
+
+    Raises:
+        ValueError: saying how many it has and how many are needed.
+    """
+    drawn = sum(variable.drawn for variable in problem.task_variables)
+    solvable, needed = int(pool.solvable.sum()), max(FOLDS, 2 * (drawn + 1))
+    if solvable < needed:
+        raise ValueError(f"the pool has {solvable} solvable tasks: interpolation needs {needed}")
 
 
 class Interpolation:
@@ -164,6 +179,60 @@ class Interpolation:
         """Return the designs (n, d) at places (n, d) of the unit cube, clipped to the box."""
         low, high = self.problem.low, self.problem.high
         return np.clip(low + (high - low) * places, low, high)
+
+
+class Between:
+    """Designs to start at: between the optima of a pool's tasks.
+
+    A task of the pool gets the design that is interpolated from the seven eighths of the others, so
+    that it learns nothing from its own optimum; any other task the one from them all.
+    """
+
+    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
+        """Keep the solvable tasks of a pool; interpolations are made when they are needed.
+
+        Raises:
+            ValueError: if there are too few.
+        """
+        check_size(problem, pool)
+        self.problem, self.pool = problem, pool.some(pool.solvable)
+
+    @cached_property
+    def whole(self) -> Interpolation:
+        """The interpolation from all tasks."""
+        return Interpolation(self.problem, self.pool)
+
+    def designs(self, tasks: FloatArray) -> FloatArray:
+        """Return the designs (n, d) for packed tasks (n, m), clipped to the box."""
+        rows = [self._rows.get(task.tobytes(), -1) for task in tasks]
+        known = np.array([row >= 0 for row in rows])
+        designs = np.empty((len(tasks), len(self.problem.low)))
+        if known.any():
+            designs[known] = self._own[[row for row in rows if row >= 0]]
+        if not known.all():
+            designs[~known] = self.whole.designs(tasks[~known])
+        return designs
+
+    @cached_property
+    def _rows(self) -> dict[bytes, int]:
+        return {task.tobytes(): row for row, task in enumerate(self.pool.tasks)}
+
+    @cached_property
+    def _own(self) -> FloatArray:
+        """The designs (n, d) of the pool's own tasks, once a process."""
+        pool = self.pool
+        content = (pool.hash.encode(), pool.tasks.tobytes(), pool.designs.tobytes())
+        key = sha256(b"".join(content)).digest()
+        if key not in _folded:
+            fold = np.arange(len(pool)) % FOLDS
+            _folded[key] = np.empty_like(pool.designs)
+            for k in range(FOLDS):
+                others = Interpolation(self.problem, pool.some(fold != k))
+                _folded[key][fold == k] = others.designs(pool.tasks[fold == k])
+        return _folded[key]
+
+
+_folded: dict[bytes, FloatArray] = {}
 
 
 def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:

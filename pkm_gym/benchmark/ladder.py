@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part, task_points
+from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part, check_size, task_points
 from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
@@ -46,11 +46,7 @@ class Ladder:
 
     def __init__(self, problem: DesignProblem, pool: Pool) -> None:
         drawn = [variable.drawn for variable in problem.task_variables]
-        solvable, needed = int(pool.solvable.sum()), 2 * (sum(drawn) + 1)
-        if solvable < needed:
-            raise ValueError(
-                f"the pool has {solvable} solvable tasks: interpolation needs {needed}"
-            )
+        check_size(problem, pool)
         self.interpolation = Interpolation(problem, pool)
         self.optima = KnownOptima(problem, pool)
         self._column = np.cumsum(drawn) - 1  # of a task's field among those that are drawn

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
@@ -61,7 +62,7 @@ class Pool:
 
     def first(self, n: int) -> Self:
         """Return the pool of the first n tasks."""
-        return replace(self, **{name: getattr(self, name)[:n] for name in ARRAYS})
+        return self.some(np.arange(len(self))[:n])
 
     @classmethod
     def from_solutions(
@@ -95,11 +96,21 @@ class Pool:
                 unreadable, damaged, no pool at all or another problem's.
         """
         content = _read(Path(path), problem)
-        complaint = next(_complaints(content, problem), None)
-        if complaint:
-            raise ValueError(f"{str(path)!r} {complaint}: {_wanted(problem)}")
+        _check(repr(str(path)), content, problem)
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         return cls(**values, hash=problem.hash(), command=str(content["command"]))
+
+    def check(self, problem: DesignProblem) -> None:
+        """Refuse a pool of another problem, or one that doesn't fit together.
+
+        Raises:
+            ValueError: in one sentence.
+        """
+        _check("the pool", vars(self), problem)
+
+    def some(self, rows: npt.NDArray[Any]) -> Self:
+        """Return the pool of some tasks: of a mask (n,), or of their numbers."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
 
 def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: bool) -> Pool:
@@ -166,7 +177,13 @@ def _wanted(problem: DesignProblem) -> str:
     )
 
 
-def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Iterator[str]:
+def _check(what: str, content: Mapping[str, Any], problem: DesignProblem) -> None:
+    complaint = next(_complaints(content, problem), None)
+    if complaint:
+        raise ValueError(f"{what} {complaint}: {_wanted(problem)}")
+
+
+def _complaints(content: Mapping[str, Any], problem: DesignProblem) -> Iterator[str]:
     """Say what is wrong with the content of a file; each check relies on those before it."""
     missing = [name for name in ARRAYS + TEXTS if name not in content]
     if missing:

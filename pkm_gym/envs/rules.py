@@ -13,7 +13,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.checks import check_whole
 
 ACTION_MODES = ("relative", "absolute")
-REWARDS = ("improvement", "final", "regret")
+REWARDS = ("improvement", "final", "regret", "objectives")
 REGRET_WEIGHT = 0.3
 
 
@@ -57,7 +57,7 @@ class Rules:
     def earned(
         self, before: FloatArray, after: FloatArray, optimum: FloatArray, last: BoolArray
     ) -> FloatArray:
-        """Return the rewards (n,) of steps.
+        """Return the rewards (n,) of steps, where they are numbers.
 
         Args:
             before: array (n,), the best log merit before the step.

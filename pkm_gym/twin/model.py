@@ -62,6 +62,14 @@ class Twin:
         self.servo_inertia = 0.25 * damping**2 / self.model.actuator_gainprm[self.servos, 0]
         mujoco.mj_forward(self.model, self.data)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the module, which has a name, and the model, which MuJoCo keeps with data."""
+        return {k: value for k, value in vars(self).items() if k not in ("module", "model")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.module, self.model = twin_module(self.mechanism), self.data.model
+
     # Kinematics -----------------------------------------------------------------------------------
 
     def coordinates(self, poses: FloatArray) -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -263,12 +265,16 @@ def test_a_simulation_that_breaks_down_leaves_neither_nan_nor_a_file(
 
 def test_the_end_of_the_path_ends_the_run_and_only_the_end_has_a_reason(motion_id, move, tracker):
     env = move(motion_id)
-    env.reset(seed=0)
+    _, first = env.reset(seed=0)
+    assert not any(first["forces"].values())
     ended, steps = False, 0
     while not ended:
         *_, ended, _, info = env.step(tracker(env))
         steps += 1
-        assert ("reason" in info) == ended
+        assert bool(info["reason"]) == ended
+        assert {k: type(v) for k, v in info.items()} == {k: type(v) for k, v in first.items()}
+        assert first["task"] == info["task"]
+        info["task"].clear()
     assert info["reason"] == "finished"
     assert steps == env.rig.path.steps
     with pytest.raises(ResetNeeded):
@@ -436,6 +442,22 @@ def test_a_run_goes_on_from_what_was_saved(motion_id, move, tracker):
         assert (again[1], again[4]) == (reward, info)
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_with_the_episode_and_the_next(motion_id, copied):
+    env = gym.make(motion_id, start="anywhere", start_offset=0.02)
+    env.reset(seed=8)
+    assert not env.step(np.zeros(env.action_space.shape))[2]
+    other = copied(env)
+    actions = np.random.default_rng(3).uniform(-0.1, 0.1, (5, *env.action_space.shape))
+    runs = []
+    for each in (env, other):
+        steps = [each.step(action) for action in actions]
+        runs.append([*steps, each.reset(), each.step(actions[0])])
+    for one, two in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one[0], two[0])
+        assert one[1:] == two[1:]
+
+
 # Bad input ----------------------------------------------------------------------------------------
 
 
@@ -452,7 +474,9 @@ def test_a_run_goes_on_from_what_was_saved(motion_id, move, tracker):
         ({"render_mode": "rgb"}, "unknown render_mode 'rgb'; did you mean 'rgb_array'"),
         ({"width": 0}, "width is 0: it must be a whole number of at least 1"),
         ({"design": [1.0]}, "option design must be numbers of shape"),
-        ({"budget": 3}, "unknown option 'budget'"),
+        ({"budget": 3}, "unknown argument 'budget'"),
+        ({"frame_skips": 3}, "unknown argument 'frame_skips'; did you mean 'frame_skip'"),
+        ({"bound": {}}, "unknown argument 'bound'; did you mean 'bounds'"),
     ],
 )
 def test_bad_arguments_are_refused_in_one_sentence(motion_id, arguments, sentence):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import mujoco
 import numpy as np
 import pytest
@@ -186,6 +189,20 @@ def test_what_was_saved_is_gone_on_from_to_the_bit(rig):
     rig.drive(forces)
     for one, other in zip(ahead, rig.state, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda rig: pickle.loads(pickle.dumps(rig))])
+def test_a_copy_goes_on_to_the_bit_by_itself(rig, copied):
+    for _ in range(5):
+        rig.drive(rig.twin.bearing_forces())
+    other, forces = copied(rig), 1.5 * rig.twin.bearing_forces()
+    assert other.twin.model is other.twin.data.model is not rig.twin.model
+    for _ in range(3):
+        rig.drive(forces)
+    for _ in range(3):
+        other.drive(forces)
+    for one, two in zip(rig.state, other.state, strict=True):
+        np.testing.assert_array_equal(one, two)
 
 
 def test_a_simulation_that_breaks_down_keeps_the_state_before(rig):
