@@ -80,7 +80,7 @@ def wedge(problem: DesignProblem) -> Figure:
         "our model",
         "hatched: infeasible; at the apex the top edge and the bottom corner are on the bound",
     )
-    apex = reference.optima["tau_G_at_printed_lam_e"].design
+    apex = reference.optimum("tau_G_at_printed_lam_e").design
     designs = {"paper": reference.design, "grid": _best_on_grid(lam_e), "polished": apex}
     rows = np.array([problem.design(values) for values in designs.values()])
     torque = problem.evaluate(rows).objectives[:, 0]
