@@ -142,6 +142,18 @@ def design_course(
     return DesignCourse(arguments, env, own, solved, scored.tasks[kept], optima)
 
 
+def check_course(env_id: str, recipe: Recipe, *files: Path | None) -> None:
+    """Refuse the arguments of an environment, or files of solved tasks, before a run is begun.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    problem = _problem({**find_spec(env_id).kwargs, **recipe.environment})
+    for file in files:
+        if file is not None:
+            Pool.load(file, problem)
+
+
 def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
     """Return a pool whose tasks start at designs interpolated from the other seven eighths."""
     starts = pool.starts.copy()

@@ -16,6 +16,7 @@ from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reading import read_toml
 from pkm_gym.mechanisms import family_problem, problem_type
+from pkm_gym.studies.cli.bounds import check_memory, solved_task
 from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
@@ -51,6 +52,7 @@ def command(
     Example: pkm-gym calibrate my_package.problem:MyProblem -n 64
     """
     kind = problem_type(name)
+    check_memory("-n", number, solved_task(family_problem(name)))
     screen = console()
     calibrations = []
     with counter(screen, "tasks") as bar:

@@ -143,7 +143,7 @@ def test_what_is_no_file_is_refused_at_once(special):
 
 
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
-    with pytest.raises(ValueError, match="can't read the thing '.*a.json': No such file"):
+    with pytest.raises(ValueError, match=r"can't read the thing '.*a.json': No such file"):
         read_json(tmp_path / "a.json", "thing")
     path = Path(tmp_path / "b.json")
     path.write_text(json.dumps({"a": 1}))
