@@ -95,7 +95,8 @@ def read_recipe(
     """
     made = algorithm_class(algorithm)
     source = file or files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml")
-    content, merged = read_toml(source, "recipe"), {}
+    content = read_toml(source, "recipe")
+    merged: dict[str, Any] = {}
     with about(source, "recipe"):
         blocks = shaped(dict[str, dict[str, Any]], content)
         for block in (blocks.get("default", {}), blocks.get(env_id, {})):
@@ -104,6 +105,9 @@ def read_recipe(
     for setting in settings:
         _merge(merged, _nested(setting))
     _merge(merged, {name: value for name, value in given.items() if value is not None})
+    for name in ("steps", "envs"):
+        if name not in merged:
+            raise ValueError(f"the recipe {str(source)!r} lacks {name}: add it, or say it")
     return _recipe(algorithm, made, merged)
 
 
@@ -111,8 +115,6 @@ def _recipe(algorithm: str, made: Any, settings: Mapping[str, Any]) -> Recipe:
     """Return the recipe of settings whose keys and values are legal."""
     merged = dict(settings)
     check_known("setting", merged, [item.name for item in fields(Recipe)])
-    if missing := [name for name in ("steps", "envs") if name not in merged]:
-        raise ValueError(f"the recipe lacks {missing[0]}: add it to its file, or say it")
     for group in GROUPS:
         held = merged.setdefault(group, {})
         if not isinstance(held, Mapping):

@@ -11,6 +11,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.core.declaration import SPLITS
+from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import write_npz
 from pkm_gym.core.reading import about, check_arrays, read_npz
 from pkm_gym.core.types import FloatArray
@@ -161,6 +163,8 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[str]:
     """Yield what no run writes."""
+    if setting.split not in SPLITS:
+        yield unknown("split", setting.split, SPLITS)
     for name, allowed in TRACKS.items():
         if (own := getattr(setting, name)) not in allowed:
             yield f"{name} is {own!r}, it must be {' or '.join(allowed)}"

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.reading import about, read_toml, shaped
@@ -22,7 +23,8 @@ def package_file(package: str, name: str) -> Traversable | None:
         found = files(package).joinpath(name)
     except (ModuleNotFoundError, TypeError, ValueError):
         return None
-    return found if found.is_file() else None
+    there = found.exists() if isinstance(found, Path) else found.is_file()
+    return found if there else None
 
 
 @dataclass(frozen=True)

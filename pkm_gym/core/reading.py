@@ -121,6 +121,16 @@ def read_npz(path: Path, wanted: str) -> dict[str, npt.NDArray[Any]]:
     raise ValueError(f"{str(path)!r} {reason}: {wanted}")
 
 
+def is_number(value: Any) -> bool:
+    """Whether something is a finite number that a float can hold, and no truth value."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    try:
+        return isfinite(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
+
+
 def shaped(kind: type[T], content: Any, at: str = "") -> T:
     """Return content as a type says: a dataclass, a mapping, a list or tuple, a plain value.
 
@@ -171,14 +181,11 @@ def _record(kind: Any, content: Any, at: str) -> Any:
 
 
 def _plain(kind: Any, content: Any, at: str) -> Any:
-    number = isinstance(content, int | float) and not isinstance(content, bool)
-    if kind is float and number:
-        try:
-            if isfinite(content):
-                return float(content)
-        except OverflowError:  # a whole number of hundreds of digits
-            pass
-    elif kind is not float and isinstance(content, kind) and (number or kind is not int):
+    if kind is float and is_number(content):
+        return float(content)
+    if kind is int and is_number(content) and isinstance(content, int):
+        return content
+    if kind not in (float, int) and isinstance(content, kind):
         return content
     return _refuse(content, WORDS[kind], at)
 

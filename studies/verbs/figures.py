@@ -89,13 +89,12 @@ def figures_of(name: str, *, any_design: bool = False) -> tuple[Pictures, Solids
     module = f"{package}.figures"
     figures: Any = import_module(module) if package and find_spec(module) else None
     tables = ("PICTURES", "SOLIDS", "ANIMATIONS")
-    pictures, *others = (getattr(figures, table, {}).get(kind.name, {}) for table in tables)
-    if not any_design:
-        return pictures, *others
-    return tuple(
-        {stem: item for stem, item in table.items() if item.any_design}
-        for table in (OF_DESIGN | pictures, *others)
-    )
+    found: list[Any] = [getattr(figures, table, {}).get(kind.name, {}) for table in tables]
+    if any_design:
+        found[0] = OF_DESIGN | found[0]
+        found = [{stem: x for stem, x in table.items() if x.any_design} for table in found]
+    pictures, solids, animations = found
+    return pictures, solids, animations
 
 
 def write(
