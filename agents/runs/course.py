@@ -131,6 +131,18 @@ def design_course(
     return DesignCourse(arguments, env, starts, env.opening.pool, scored.tasks[kept], optima)
 
 
+def check_course(env_id: str, recipe: Recipe, *files: Path | None) -> None:
+    """Refuse the arguments of an environment, or files of solved tasks, before a run is begun.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    problem = _problem({**find_spec(env_id).kwargs, **recipe.environment})
+    for file in files:
+        if file is not None:
+            Pool.load(file, problem)
+
+
 def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
     """Return the problem of an environment's arguments, before its pool is at hand."""
     plain = {k: v for k, v in arguments.items() if k not in ("pool", "start", "reward")}

@@ -13,6 +13,7 @@ from typing import Any
 from pkm_gym.agents.runs.schema import ALGORITHM, POLICY, check_settings
 from pkm_gym.agents.sb3.network import ACTIVATIONS
 from pkm_gym.core.names import check_known, imported, unknown
+from pkm_gym.core.reading import about, read_toml, shaped
 
 LEARNERS = {
     "ppo": "stable_baselines3:PPO",
@@ -93,13 +94,26 @@ def read_recipe(
             value.
     """
     made = algorithm_class(algorithm)
-    content = _content(algorithm, file)
+    source = file or files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml")
+    content = read_toml(source, "recipe")
     merged: dict[str, Any] = {}
-    for block in (content.get("default", {}), content.get(env_id, {})):
-        _merge(merged, block)
+    with about(source, "recipe"):
+        blocks = shaped(dict[str, dict[str, Any]], content)
+        for block in (blocks.get("default", {}), blocks.get(env_id, {})):
+            _merge(merged, block)
+        _recipe(algorithm, made, {"steps": 1, "envs": 1, **merged})
     for setting in settings:
         _merge(merged, _nested(setting))
     _merge(merged, {name: value for name, value in given.items() if value is not None})
+    for name in ("steps", "envs"):
+        if name not in merged:
+            raise ValueError(f"the recipe {str(source)!r} lacks {name}: add it, or say it")
+    return _recipe(algorithm, made, merged)
+
+
+def _recipe(algorithm: str, made: Any, settings: Mapping[str, Any]) -> Recipe:
+    """Return the recipe of settings whose keys and values are legal."""
+    merged = dict(settings)
     check_known("setting", merged, [item.name for item in fields(Recipe)])
     for group in GROUPS:
         held = merged.setdefault(group, {})
@@ -115,16 +129,6 @@ def read_recipe(
         check_known(f"setting of {algorithm}", own, inspect.signature(made).parameters)
         made(**own)  # refuses illegal values
     return Recipe(**merged)
-
-
-def _content(algorithm: str, file: Path | None) -> dict[str, Any]:
-    if file is None:
-        text = files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml").read_text("utf-8")
-        return tomllib.loads(text)
-    try:
-        return tomllib.loads(file.read_text("utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{str(file)!r} is no TOML file: {error}") from None
 
 
 def _merge(into: dict[str, Any], block: Mapping[str, Any]) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.core.files import whole_file
+from pkm_gym.core.reading import about, read_json, shaped
 
 RUN = "run.json"
 CHECKPOINT = "checkpoint.pt"
@@ -70,10 +71,12 @@ class Run:
         Raises:
             ValueError: naming the first setting that differs, or if there is no run.
         """
-        try:
-            kept = json.loads((self.folder / RUN).read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ValueError(f"{str(self.folder)!r} holds no run to resume") from None
+        file = self.folder / RUN
+        if not file.exists():
+            raise ValueError(f"{str(self.folder)!r} holds no run to resume")
+        content = read_json(file, "run")
+        with about(file, "run"):
+            kept = shaped(dict[str, Any], content)
         for name, value in self.settings().items():
             if kept.get(name) != value:
                 raise ValueError(

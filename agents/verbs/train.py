@@ -19,7 +19,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pkm_gym.agents.runs.course import design_course
+from pkm_gym.agents.runs.course import check_course, design_course
 from pkm_gym.agents.runs.environments import find_spec, is_motion
 from pkm_gym.agents.runs.options import (
     AlgorithmOption,
@@ -90,11 +90,13 @@ def command(
 
 def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[float, str]:
     """Return the best score, and what it was measured on."""
+    spec = find_spec(run.env_id, motion=True)
+    if not is_motion(spec):
+        check_course(spec.id, run.recipe, run.pool, run.validation)
     if resume:
         run.check()
     else:
         run.write()
-    spec = find_spec(run.env_id, motion=True)
     course: Course[Any]
     if is_motion(spec):
         course = motion_course(spec, run.recipe, pool=run.pool, validation=run.validation)

@@ -9,6 +9,7 @@ from typing import Annotated
 import torch
 import typer
 
+from pkm_gym.agents.runs.course import check_course
 from pkm_gym.agents.runs.environments import find_spec
 from pkm_gym.agents.runs.options import (
     AlgorithmOption,
@@ -53,6 +54,7 @@ def command(
     spec = find_spec(env)
     folder = output or run_folder("agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
+    check_course(spec.id, recipe, pool, validation)
     tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
     screen = console()
     kept = f"{folder} keeps the trials that have ended; the same command goes on from there"

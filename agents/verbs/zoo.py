@@ -51,7 +51,7 @@ def command(
     rows = table("designer", "problem", *heads, numbers=heads)
     for known_name, path in known().items():
         designer, origin = read_designer(path)
-        regrets = origin.recorded["regrets"]
+        regrets = origin.recorded.get("regrets", {})
         medians = [_median(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
         rows.add_row(known_name, designer.problem.name, *medians)
     screen.print(rows)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.solve import ACTIVE
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
@@ -134,11 +135,22 @@ class Interpolation:
 
     @classmethod
     def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
-        """Return the interpolation of what ``tensors()`` returned."""
+        """Return the interpolation of what ``tensors()`` returned.
+
+        Raises:
+            ValueError: in one sentence, for arrays that are missing or don't fit the problem.
+        """
+        m = sum(variable.drawn for variable in problem.task_variables)
+        d, c = len(problem.low), len(problem.constraint_names)
         made = cls.__new__(cls)
         made.problem = problem
         made.parts = []
         while (at := f"starts.{len(made.parts)}.") + "points" in tensors:
+            n = len(tensors[at + "points"])
+            kinds = ("b", *["f"] * 5)
+            shapes = ((c,), (n, m), (m,), (n + 1 + m, d), (m,), (n + 1 + m, c))
+            names = [at + name for name in PART]
+            check_arrays(tensors, dict(zip(names, zip(kinds, shapes, strict=True), strict=True)))
             part = {name: tensors[at + name] for name in PART}
             made.parts.append(
                 Part(
@@ -147,6 +159,8 @@ class Interpolation:
                     Cubic(part["points"], part["constraints.stretch"], part["constraints.weights"]),
                 )
             )
+        if not made.parts:
+            raise ValueError("it lacks starts.0.points")
         return made
 
     def tensors(self) -> dict[str, Any]:

@@ -11,7 +11,10 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.core.declaration import SPLITS
+from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import write_npz
+from pkm_gym.core.reading import about, check_arrays, read_npz
 from pkm_gym.core.types import FloatArray
 
 
@@ -123,8 +126,9 @@ class EvaluationLog:
         """
         content = _read(Path(path))
         setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
-        for wrong in _impossible(setting, content):
-            raise ValueError(f"{str(path)!r} is no log of a run: {wrong}")
+        with about(path, "log of a run"):
+            for wrong in _impossible(setting, content):
+                raise ValueError(wrong)
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         values |= {name: str(content[name]) for name in TEXTS}
         evaluations, seconds = (content[name] for name in COST)
@@ -137,29 +141,30 @@ COST = ("training_evaluations", "training_seconds")
 TRACKS = {"start": ("given", "free"), "knowledge": ("transfer", "scratch")}
 KINDS = {"str": str, "int": int, "float": float}
 SETTINGS: dict[str, Any] = {item.name: KINDS[str(item.type)] for item in fields(Setting)}
+DTYPES = {str: "U", int: "iu", float: "iuf"}
+WANTED: dict[str, tuple[str, tuple[int | str, ...]]] = {
+    "rows": ("iu", ("n",)),
+    "designs": ("f", ("n", "budget", "d")),
+    "seconds": ("f", ("n",)),
+    **dict.fromkeys(TEXTS, ("U", ())),
+    **dict.fromkeys(COST, ("iuf", ())),
+    **{name: (DTYPES[kind], ()) for name, kind in SETTINGS.items()},
+}
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     wanted = "expected an npz file as EvaluationLog.save writes it"
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            content = {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        raise ValueError(f"{str(path)!r} does not exist: {wanted}") from None
-    except Exception:  # zip, zlib, npy headers and pickles: each raises its own
-        raise ValueError(f"{str(path)!r} is damaged or no npz file: {wanted}") from None
+    content = read_npz(path, wanted)
     content.setdefault("folder", np.array(""))  # of the problem's own splits: older logs say none
-    missing = [name for name in (*ARRAYS, *TEXTS, *COST, *SETTINGS) if name not in content]
-    if missing:
-        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {wanted}")
-    n = len(content["rows"])
-    if content["designs"].ndim != 3 or {len(content[name]) for name in ARRAYS} != {n}:
-        raise ValueError(f"{str(path)!r} has arrays that do not fit each other: {wanted}")
+    with about(path, "log of a run"):
+        check_arrays(content, WANTED)
     return content
 
 
 def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[str]:
     """Yield what no run writes."""
+    if setting.split not in SPLITS:
+        yield unknown("split", setting.split, SPLITS)
     for name, allowed in TRACKS.items():
         if (own := getattr(setting, name)) not in allowed:
             yield f"{name} is {own!r}, it must be {' or '.join(allowed)}"

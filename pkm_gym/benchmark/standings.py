@@ -25,6 +25,7 @@ from pkm_gym.benchmark.scoring import (
     violations,
 )
 from pkm_gym.benchmark.splits import count_tasks, load_split, manifest, sha256, split_file
+from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
@@ -127,8 +128,22 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
     return sorted(map(_entry, groups.values()), key=lambda entry: -entry.score.value)
 
 
-def _entry(logs: Sequence[EvaluationLog]) -> Entry:
-    setting = logs[0].setting
+def check_log(log: EvaluationLog) -> None:
+    """Refuse a log of another version of a problem or its split, or of other tasks or designs.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    problem, split = _split_of(log.setting)
+    _check_designs(log, problem, len(split))
+
+
+def _split_of(setting: Setting) -> tuple[DesignProblem, Pool]:
+    """Return the problem and the split of a log's setting, as they were when it was run.
+
+    Raises:
+        ValueError: in one sentence, where there is none, or another version of them.
+    """
     folder = splits_folder(setting)
     problem, split = load_split(setting.problem, setting.split, folder)
     own = sha256(split_file(problem, setting.split, folder))
@@ -137,6 +152,12 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
             f"the log of {setting.method} belongs to another version of {problem.name} or its "
             f"{setting.split} split: run it again"
         )
+    return problem, split
+
+
+def _entry(logs: Sequence[EvaluationLog]) -> Entry:
+    setting = logs[0].setting
+    problem, split = _split_of(setting)
     rows = logs[0].rows
     for log in logs:
         _check_designs(log, problem, len(split))
@@ -156,7 +177,7 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         command=logs[0].command,
         training=logs[0].training,
         pool=_pool_cost(setting, problem),
-        part=0 < setting.pool < count_tasks(split_file(problem, "train", folder)),
+        part=0 < setting.pool < count_tasks(split_file(problem, "train", splits_folder(setting))),
     )
 
 

@@ -15,6 +15,7 @@ from pkm_gym.core.declaration import SPLITS
 from pkm_gym.core.names import check_known, imported
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import disagreement
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import finite
@@ -228,6 +229,8 @@ def paper_optimum(problem: DesignProblem) -> Solved:
             f"reward='regret' knows the optimum of the paper's {problem.name} only, with its task, "
             "variables and options as they come: give pool='FILE.npz' for another"
         )
+    if wrong := disagreement(paper, optimum):
+        raise ValueError(f"reward='regret' has no optimum to go by: {wrong}")
     task, design = paper.pack(None), paper.design(optimum.design)
     log_merit = paper.evaluate(design[None], task[None]).log_merit
     return Solved(task[None], design[None], log_merit, "paper.toml")

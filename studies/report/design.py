@@ -20,6 +20,7 @@ from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, HEAD, listing, section, table
+from pkm_gym.studies.report.rows import is_judged
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class Report:
             for value in self.problem.reference.values.values()
             if value.printed is not None
             and value.kind in ("index", "dimension")
-            and isclose(ours[value.name], value.ours, rel_tol=value.tolerance)
+            and is_judged(self.problem, value, ours[value.name])
         }
 
 

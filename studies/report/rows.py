@@ -5,19 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from pkm_gym.core.cache import say_once
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.reference import Optimum, Value
+from pkm_gym.core.reference import Optimum, Value, disagreement
 from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, shown
 from pkm_gym.studies.cli.terminal import FAINT, console, table
+
+UNVERIFIED = "recorded, not verified"
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,7 @@ class Row:
         evaluations: how many designs it took.
         regret: how far it is behind the verified optimum, as a share of it; NaN if infeasible.
         feasible: "yes", "no", or how many runs found a feasible design.
+        note: what is wrong with it.
     """
 
     name: str
@@ -39,6 +44,7 @@ class Row:
     evaluations: int | None = None
     regret: float = math.nan
     feasible: str = ""
+    note: str = ""
 
 
 def headers(problem: DesignProblem) -> list[str]:
@@ -112,7 +118,7 @@ def _rich_table(lines: Sequence[Sequence[str]]) -> Table:
     return written
 
 
-def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: int) -> Row:
+def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: Any) -> Row:
     """Return the row of design i of an evaluation."""
     problem = evaluation.problem
     feasible = bool(evaluation.feasible[i])
@@ -170,8 +176,13 @@ def recorded_optimum(problem: DesignProblem) -> Optimum | None:
     return None
 
 
-def optimum_row(optimum: Optimum) -> Row:
-    """Return the row of a verified optimum."""
+def optimum_row(problem: DesignProblem, optimum: Optimum) -> Row:
+    """Return the row of a recorded optimum, and say so where the model doesn't give it."""
+    if note := disagreement(problem, optimum):
+        say_once(note)
+        return row_of(
+            UNVERIFIED, problem.evaluate(problem.design(optimum.design)[None]), 0, None, note=note
+        )
     return Row("verified optimum", optimum.value, optimum.design, regret=0.0, feasible="yes")
 
 
@@ -195,7 +206,7 @@ def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
     Of what there is: a problem may have no paper, and no recorded optimum.
     """
     optimum = recorded_optimum(best.problem)
-    last = optimum_row(optimum) if optimum else None
+    last = optimum_row(best.problem, optimum) if optimum else None
     rows = [*paper_rows(best.problem, last), row_of(name, best, 0, last)]
     return [*rows, last] if last else rows
 
@@ -209,7 +220,18 @@ def judged_value(problem: DesignProblem) -> Value | None:
     if value is None or not asks_the_papers_task(problem):
         return None
     ours = float(problem.evaluate(problem.printed_design()[None]).objectives[0, 0])
-    return value if math.isclose(ours, value.ours, rel_tol=value.tolerance) else None
+    return value if is_judged(problem, value, ours) else None
+
+
+def is_judged(problem: DesignProblem, value: Value, ours: float) -> bool:
+    """Whether our number is the one of a printed value's verdict; say so where it should be."""
+    judged = math.isclose(ours, value.ours, rel_tol=value.tolerance)
+    if not judged and not problem.options.changed():
+        path = problem.reference.path
+        say_once(
+            f"{path} says that ours of {value.name} is {value.ours!r}, the model gives {ours:.9g}"
+        )
+    return judged
 
 
 def verdict(problem: DesignProblem) -> str:

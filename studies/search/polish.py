@@ -7,6 +7,7 @@ from optuna import load_study
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import SAME
 from pkm_gym.core.solve import polish as polish_designs
 from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
@@ -19,7 +20,6 @@ ORIGINS = {
     SOLVED: "solved now, by two seeds that agree",
     UNCERTAIN: "solved now, by seeds that disagree",
 }
-AGREES = 1e-6  # share of the objective within which two optima are the same; 8 digits are recorded
 
 
 def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
@@ -40,7 +40,7 @@ def verified_optimum(problem: DesignProblem) -> Row | None:
     """
     recorded = recorded_optimum(problem)
     if recorded is not None:
-        return optimum_row(recorded)
+        return optimum_row(problem, recorded)
     solved = solve_tasks(problem, problem.pack(None)[None])
     if not solved.solvable[0]:
         return None
@@ -76,10 +76,12 @@ def judged(polished: Row, optimum: Row | None) -> str:
     """Return a sentence on how a polished design compares with the verified optimum."""
     if optimum is None:
         return "no feasible design of this task is known"
+    if optimum.note:
+        return f"not compared with the recorded optimum: {optimum.note}"
     if polished.feasible != "yes":
         return "no feasible design lies near the start"
     origin = ORIGINS.get(optimum.name, "recorded")
-    if abs(polished.regret) <= AGREES:
+    if abs(polished.regret) <= SAME:
         return f"agrees with the verified optimum ({origin})"
     behind = f"{100 * polished.regret:.3g} % behind it"
     return f"another optimum than the verified one ({origin}), {behind}"

@@ -16,12 +16,14 @@ from rich.progress import Progress, TaskID
 
 from pkm_gym.core.pool import write_npz
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import about, check_arrays, read_npz
 from pkm_gym.core.solve import AGREEMENT, ARRAYS, ENOUGH_STARTS, Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
+MEASURED = ("optima", "values", "log_merit", "constraints")
 FEW = 16  # the same where one process descends for one task after the other, fewer with effort
 NAMED = 20  # uncertified tasks that are named one by one
 
@@ -65,22 +67,39 @@ class Job:
             return None
         again = f"delete it, or choose another file with -o, to solve {self.problem.name} afresh"
         try:
-            with self.part.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-                content = {name: archive[name] for name in archive.files}
-            solved = Solutions(
-                **{name: content[name] for name in ARRAYS},
-                evaluations=int(content["evaluations"]),
-                seconds=float(content["seconds"]),
-            )
-            owner = str(content["hash"]), str(content["command"])
-        except Exception:  # zip, zlib and npy headers each raise their own
-            raise ValueError(f"{str(self.part)!r} is no part of a pool: {again}") from None
-        if owner != (self.problem.hash(), self.command):
+            content = read_npz(self.part, "expected a part of a pool")
+            with about(self.part, "part of a pool"):
+                check_arrays(content, self._wanted())
+        except ValueError as error:
+            raise ValueError(f"{error}; {again}") from None
+        solved = Solutions(
+            **{name: content[name] for name in ARRAYS},
+            evaluations=int(content["evaluations"]),
+            seconds=float(content["seconds"]),
+        )
+        owner = str(content["hash"]), str(content["command"])
+        same = np.array_equal(solved.tasks, self.tasks[: len(solved.tasks)])
+        if owner != (self.problem.hash(), self.command) or not same:
             raise ValueError(
                 f"{str(self.part)!r} was left by another run ({owner[1]!r}): go on with that one, "
                 f"or {again}"
             )
         return solved
+
+    def _wanted(self) -> dict[str, tuple[str, tuple[int | str, ...]]]:
+        d, c = len(self.problem.low), len(self.problem.constraint_names)
+        return {
+            "hash": ("U", ()),
+            "command": ("U", ()),
+            "tasks": ("f", ("n", self.tasks.shape[1])),
+            "designs": ("f", ("n", d)),
+            **{name: ("f", ("n", c) if name == "constraints" else ("n",)) for name in MEASURED},
+            "active": ("b", ("n", c)),
+            "solvable": ("b", ("n",)),
+            "certified": ("b", ("n",)),
+            "evaluations": ("iu", ()),
+            "seconds": ("f", ()),
+        }
 
 
 def solve(job: Job, screen: Console) -> Solutions:

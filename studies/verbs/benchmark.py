@@ -19,6 +19,7 @@ from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
 from pkm_gym.studies.benchmark.tables import save_table, show
+from pkm_gym.studies.cli.bounds import NUMBER, check_memory
 from pkm_gym.studies.cli.options import Name, SplitsOption
 from pkm_gym.studies.cli.runs import if_full, run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console
@@ -102,6 +103,7 @@ def command(
     if tasks is not None and tasks > most:
         raise ValueError(f"--tasks is {tasks}: {split} has {most} tasks")
     number, repeats = (most, FULL_SEEDS) if full else (tasks or min(QUICK_TASKS, most), seeds)
+    check_memory("--evaluations", evaluations, NUMBER * len(problem.low) * number * repeats)
     folder, screen = run_folder(problem.name) / "benchmark" / split, console()
     sizes: list[int | None] = [*pool] if pool else [None]  # None: all of them
     settings = [

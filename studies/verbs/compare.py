@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -50,6 +51,7 @@ def command(
     every run, to compare.json.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    check_memory("--evaluations", evaluations, TRIAL)
     screen = console()
     with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -75,6 +76,8 @@ def command(
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    check_memory("--trials", trials, TRIAL)
+    check_memory("--batch", batch, TRIAL)
     screen = console()
     began = time.monotonic()
     with search_bar(screen, problem, trials) as report:

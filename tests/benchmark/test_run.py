@@ -193,5 +193,5 @@ def test_a_spoilt_log_is_refused_by_name(log, tmp_path):
     with pytest.raises(ValueError, match=r"log.npz' is damaged or no npz file"):
         EvaluationLog.load(path)
     np.savez(path, rows=np.arange(3))
-    with pytest.raises(ValueError, match=r"log.npz' lacks designs"):
+    with pytest.raises(ValueError, match=r"log.npz' is no log of a run: it lacks designs"):
         EvaluationLog.load(path)

@@ -94,7 +94,7 @@ def gone(log):
     [
         (twice, "its rows must number different tasks"),
         (lambda log: {"rows": log.rows - 1000}, "its rows must number different tasks"),
-        (lambda log: {"rows": log.rows + 0.5}, "its rows must number different tasks"),
+        (lambda log: {"rows": log.rows + 0.5}, "rows is float64 of shape"),
         (gone, "finite up to the last that was evaluated"),
         (lambda log: {"designs": np.full_like(log.designs, np.inf)}, "finite up to the last"),
         (lambda log: {"designs": log.designs[:, :3]}, "12 designs a task"),

@@ -30,6 +30,7 @@ from pkm_gym.mechanisms.diamond.declared import (
     DiamondOptions,
     DiamondTask,
     Indices,
+    presets,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
 from pkm_gym.mechanisms.diamond.indices import workspace_indices
@@ -177,13 +178,13 @@ class DiamondProblem(DesignProblem):
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         columns, rows = self.options.sampling
-        preset = REFERENCE.data["inertia"][self.options.inertia]
-        self._inertia = np.array([preset[name] for name in INERTIA_NAMES])
+        preset = presets()[self.options.inertia]
+        self._inertia = np.array([getattr(preset, name) for name in INERTIA_NAMES])
         self._nodes = unit_nodes(columns), unit_nodes(rows)
         self._cycle_samples = self.options.cycle_samples if self.options.cycle else 0
         self._objective = OBJECTIVE_CODES[self.objectives[0].name]
         paper_scale = task_scale(packed_task(DiamondTask()), self._inertia, self._objective)
-        self._anchor = REFERENCE.optima[self.objectives[0].name].value / paper_scale
+        self._anchor = REFERENCE.optimum(self.objectives[0].name).value / paper_scale
         self._work = 0.012 * columns * rows + 0.1 * self._cycle_samples  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
@@ -231,5 +232,6 @@ class DiamondProblem(DesignProblem):
             for v in self.all_variables
             if not v.scanned
         ]
-        mesh = np.meshgrid(REFERENCE.data["scan"]["lam_e"], *own, indexing="ij")
+        scan = REFERENCE.table("scan", dict[str, list[float]])
+        mesh = np.meshgrid(scan["lam_e"], *own, indexing="ij")
         return np.stack([axis.ravel() for axis in mesh], axis=1)

@@ -22,9 +22,9 @@ from pkm_gym.core.planar_twin import (
 )
 from pkm_gym.core.twin import Course, Solver, add_cylinder
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.diamond.declared import DiamondTask
+from pkm_gym.mechanisms.diamond.declared import DiamondTask, presets
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
 
 __all__ = [  # what a twin's module holds; a good part of it is the same for all planar machines
     "SOLVER", "build", "build_lumped", "coordinates", "course", "draw_poses", "frames", "margins",
@@ -44,9 +44,9 @@ def build(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:
     Raises:
         ValueError: for a pose out of reach, or rods that outweigh the machine.
     """
-    table = REFERENCE.data["inertia"]["printed"]
-    rod = table["mu2"] * machine.l2  # one of the two of a limb
-    elbow, platform = table["rod_elbow"] * rod, table["rod_platform"] * rod
+    table = presets()["printed"]
+    rod = table.mu2 * machine.l2  # one of the two of a limb
+    elbow, platform = table.rod_elbow * rod, table.rod_platform * rod
     inertia, moment = machine.I_A - elbow * machine.l1**2, machine.mr_A - elbow * machine.l1
     mass = machine.m - platform
     if min(inertia, moment, mass) <= 0.0:

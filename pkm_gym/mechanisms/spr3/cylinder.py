@@ -23,6 +23,7 @@ from pkm_gym.mechanisms.spr3.declared import (
     CYLINDER_UNDEFINED,
     JACOBIANS,
     SPR3_CYLINDER,
+    Conditioning,
     CylinderDesign,
     CylinderIndices,
     CylinderLimits,
@@ -118,7 +119,8 @@ class Spr3CylinderProblem(DesignProblem):
         super().__init__(**arguments)
         self._nodes = triangular_cylinder(self.options.nodes)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
-        self.scale = self.reference.data["jacobians"][self.options.jacobian]["gci"]
+        scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
+        self.scale = scales.gci
         self._work = 6.0 + 0.5 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:

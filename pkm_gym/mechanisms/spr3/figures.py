@@ -140,9 +140,9 @@ def atlas(problem: DesignProblem) -> Figure:
     return figure
 
 
-def write_envelope(problem: DesignProblem, path: Path) -> Path:
-    """Write the envelope of the printed design's workspace, in metres."""
-    return envelope(_printed(problem)).write(path)
+def write_envelope(problem: DesignProblem, path: Path, design: FloatArray | None = None) -> Path:
+    """Write the envelope of a design's workspace, the printed one's if none is given, in metres."""
+    return envelope(_machine(problem, design)).write(path)
 
 
 PICTURES = {
@@ -156,11 +156,15 @@ PICTURES = {
     },
     "spr3_cylinder": machine_pictures("spr3_cylinder"),
 }
-SOLIDS = {"spr3": {"envelope": Solid("the workspace's envelope, in metres", write_envelope)}}
+SOLIDS = {"spr3": {"envelope": Solid("the workspace's envelope, in metres", write_envelope, True)}}
 
 
 def _printed(problem: DesignProblem) -> Spr3:
-    machine = problem.mechanism(problem.printed_design())
+    return _machine(problem, None)
+
+
+def _machine(problem: DesignProblem, design: FloatArray | None) -> Spr3:
+    machine = problem.mechanism(problem.printed_design() if design is None else design)
     assert isinstance(machine, Spr3)
     return machine
 

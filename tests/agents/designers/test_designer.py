@@ -159,7 +159,7 @@ def test_a_config_that_is_none_is_refused(written):
     with pytest.raises(ValueError, match="no JSON file"):
         read_designer(written)
     written.write_text("[]")
-    with pytest.raises(ValueError, match="is no designer: it lacks"):
+    with pytest.raises(ValueError, match=r"is no designer: it is .*a table"):
         read_designer(written)
 
 

@@ -10,7 +10,7 @@ import scipy.optimize
 
 import pkm_gym
 from pkm_gym.core.solve import solve_tasks
-from pkm_gym.studies.report.rows import row_of
+from pkm_gym.studies.report.rows import row_of, rows_beside_paper
 from pkm_gym.studies.search.polish import best_known, judged, polish, verified_optimum
 from pkm_gym.studies.storage.storages import default_storage
 
@@ -33,6 +33,46 @@ def test_the_recorded_optimum_is_the_one_of_just_this_problem(diamond):
     for changes in ({"task": {"payload": 1.0}}, {"inertia": "uniform-arm"}):
         other = verified_optimum(pkm_gym.make_problem("diamond", **changes))
         assert other.value != pytest.approx(optima["tau_G"].value, rel=1e-3)
+
+
+@pytest.fixture
+def edited(monkeypatch):
+    """A function that edits a problem's recorded optimum; it returns the problem."""
+
+    def made(**changes):
+        problem = pkm_gym.make_problem("spr3")
+        kept = problem.reference
+        gci = replace(kept.optima["gci"], **changes)
+        other = replace(kept, optima={**kept.optima, "gci": gci})
+        monkeypatch.setattr(type(problem), "reference", property(lambda _: other))
+        return problem
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"value": 0.2}, "paper.toml says that gci is 0.2 at its optimum 'gci', the model gives"),
+        ({"value": 1e-3}, "the model gives"),
+    ],
+)
+def test_a_recorded_optimum_that_the_model_does_not_give_is_no_verified_one(
+    edited, capsys, changes, sentence
+):
+    problem = edited(**changes)
+    optimum = verified_optimum(problem)
+    assert optimum.name == "recorded, not verified"
+    best = polish(problem, problem.printed_design()[None])
+    assert sentence in judged(row_of("", best, 0, optimum), optimum)
+    assert "agrees" not in judged(row_of("", best, 0, optimum), optimum)
+    assert sentence in capsys.readouterr().err
+    assert rows_beside_paper(best, "polished")[-1].name == "recorded, not verified"
+
+
+def test_an_optimum_of_another_design_is_refused_by_its_file(edited):
+    with pytest.raises(ValueError, match=r"paper.toml' is no reference: "):
+        verified_optimum(edited(design={"H": 0.3}))
 
 
 def test_an_optimum_that_is_not_recorded_is_solved():
