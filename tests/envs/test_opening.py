@@ -143,7 +143,10 @@ def test_a_pool_that_can_t_serve_is_refused_in_one_sentence(family_id, make, poo
     variable = make(family_id).problem.variables[0]
     high = 0.5 * (variable.low + variable.high)
     for arguments, sentence in (
-        ({"pool": dataclasses.replace(pool, hash="0" * 64)}, "the pool .* belongs to another problem"),
+        (
+            {"pool": dataclasses.replace(pool, hash="0" * 64)},
+            "the pool .* belongs to another problem",
+        ),
         ({"pool": dataclasses.replace(pool, starts=pool.starts[:1])}, "the pool .* starts is"),
         ({"pool": pool, "start": "interpolated"}, r"the pool has \d solvable tasks: interpolation"),
         ({"start": "interpolated"}, "start='interpolated' needs solved tasks: give pool="),
