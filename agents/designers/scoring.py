@@ -13,6 +13,7 @@ from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.benchmark.record import Cost, EvaluationLog
 from pkm_gym.benchmark.run import setting
 from pkm_gym.benchmark.splits import load_split
+from pkm_gym.core.tally import TALLY
 from pkm_gym.mechanisms import lasting
 
 SCORED = ("val", "ood", "test")
@@ -49,10 +50,22 @@ def record(
             name, split, "designer", seed=seed, evaluations=designer.rules.budget, folder=folder
         )
         began = time.perf_counter()
+        before = TALLY.designs
         designs = designer.design(tasks.tasks).designs
+        outside = TALLY.designs - before - designs.shape[0] * designs.shape[1]
         seconds = np.full(len(tasks), (time.perf_counter() - began) / len(tasks))
         rows = np.arange(len(tasks), dtype=np.int64)
         logs.append(
-            EvaluationLog(own_setting, rows, designs, seconds, version("pkm_gym"), command, cost)
+            EvaluationLog(
+                own_setting,
+                rows,
+                designs,
+                seconds,
+                learned=np.zeros_like(rows),
+                outside=np.full_like(rows, outside),
+                version=version("pkm_gym"),
+                command=command,
+                training=cost,
+            )
         )
     return logs

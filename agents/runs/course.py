@@ -148,14 +148,9 @@ def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
     rows = np.flatnonzero(pool.solvable)
     for fold in range(FOLDS):
         own = np.arange(len(rows)) % FOLDS == fold
-        others = _some(pool, rows[~own])
+        others = pool.only(rows[~own])
         starts[rows[own]] = Interpolation(problem, others).designs(pool.tasks[rows[own]])
     return replace(pool, starts=starts)
-
-
-def _some(pool: Pool, rows: np.ndarray[Any, np.dtype[np.intp]]) -> Pool:
-    names = ("tasks", "starts", "designs", "optima", "active", "solvable")
-    return replace(pool, **{name: getattr(pool, name)[rows] for name in names})
 
 
 def _problem(arguments: Mapping[str, Any]) -> DesignProblem:

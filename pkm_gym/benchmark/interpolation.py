@@ -9,9 +9,11 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import ACTIVE
+from pkm_gym.core.statement import ProblemStatement
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
 
@@ -99,13 +101,13 @@ class Interpolation:
     the design of the part whose other limits are predicted to hold, and whose tasks are near.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        """Interpolate the solvable tasks of a pool."""
+    def __init__(self, problem: View | ProblemStatement, pool: Training | Pool) -> None:
+        """Interpolate the solvable tasks of a pool; nothing is evaluated."""
         self.problem = problem
         kept = pool.solvable
         points = task_points(problem, pool.tasks[kept])
         places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
-        constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
+        constraints = pool.constraints[kept]
         active = constraints > -ACTIVE
         limits = np.c_[active, places < ACTIVE, places > 1.0 - ACTIVE]
         self.parts = [
@@ -118,7 +120,7 @@ class Interpolation:
         ]
 
     @classmethod
-    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
+    def of_tensors(cls, problem: View | ProblemStatement, tensors: Mapping[str, Any]) -> Self:
         """Return the interpolation of what ``tensors()`` returned."""
         made = cls.__new__(cls)
         made.problem = problem
@@ -166,7 +168,7 @@ class Interpolation:
         return np.clip(low + (high - low) * places, low, high)
 
 
-def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
+def task_points(problem: View | ProblemStatement, tasks: FloatArray) -> FloatArray:
     """Return the fields that are drawn (n, k) of packed tasks: the Family's range to +-0.6.
 
     Unlike in an observation the scale has no bend at the ends of the range: what is smooth in the

@@ -14,6 +14,7 @@ from gymnasium.utils import RecordConstructorArgs
 from pkm_gym.benchmark.methods import Knowledge, Start
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.splits import load_split, sha256, split_file
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import Observation
 from pkm_gym.envs.infos import Info
@@ -50,19 +51,25 @@ class RecordEvaluations(
         self._inner = design_env(env, "RecordEvaluations")
         self._tasks: list[FloatArray] = []
         self._designs: list[list[FloatArray]] = []
+        self._outside: list[int] = []
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, Info]:
         """Begin the record of a new episode."""
+        self._look()
         observation, info = self.env.reset(seed=seed, options=options)
+        self._tally = TALLY.designs
+        self._outside.append(0)
         self._tasks.append(self._inner.session.tasks[0].copy())
         self._designs.append([])
         return observation, info
 
     def step(self, action: Action) -> tuple[Observation, Any, bool, bool, Info]:
         """Record the design that the action means."""
+        self._look()
         outcome = self.env.step(action)
+        self._tally = TALLY.designs
         self._designs[-1].append(self._inner.session.last[0].copy())
         return outcome
 
@@ -96,6 +103,7 @@ class RecordEvaluations(
             ValueError: in one sentence, for a problem that differs from the benchmark's, or a task
                 that is not in the split.
         """
+        self._look()
         inner, name = self._inner, lasting(self._inner.problem)
         problem, tasks = load_split(name, split, folder)
         if inner.problem.hash() != problem.hash():
@@ -104,17 +112,17 @@ class RecordEvaluations(
                 f"PKM/{problem.declared.environment}Family-v0 as it comes"
             )
         rows_of = {task.tobytes(): row for row, task in enumerate(tasks.tasks)}
-        episodes: dict[int, list[FloatArray]] = {}
-        for task, designs in zip(self._tasks, self._designs, strict=True):
+        episodes: dict[int, int] = {}
+        for i, task in enumerate(self._tasks):
             row = rows_of.get(task.tobytes())
             if row is None:
                 raise ValueError(f"{problem.unpack(task)} is not in {split}: use FixedTasks")
-            episodes.setdefault(row, designs)
+            episodes.setdefault(row, i)
         rows = np.array(sorted(episodes), dtype=np.int64)
         budget = inner.rules.budget
         designs_of = np.full((len(rows), budget, len(problem.low)), np.nan)
         for i, row in enumerate(rows):
-            episode = episodes[int(row)]
+            episode = self._designs[episodes[int(row)]]
             designs_of[i, : len(episode)] = np.reshape(episode, (-1, len(problem.low)))
         setting = Setting(
             problem=name,
@@ -130,7 +138,20 @@ class RecordEvaluations(
             pool=pool,
             folder=str(folder or ""),
         )
-        seconds = np.zeros(len(rows))
         return EvaluationLog(
-            setting, rows, designs_of, seconds, version("pkm_gym"), "RecordEvaluations", training
+            setting,
+            rows,
+            designs_of,
+            seconds=np.zeros(len(rows)),
+            learned=np.zeros(len(rows), dtype=np.int64),
+            outside=np.array([self._outside[episodes[int(row)]] for row in rows], dtype=np.int64),
+            version=version("pkm_gym"),
+            command="RecordEvaluations",
+            training=training,
         )
+
+    def _look(self) -> None:
+        """Count what was evaluated since the last step, past the environment."""
+        if self._outside:
+            self._outside[-1] += TALLY.designs - self._tally
+            self._tally = TALLY.designs

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import version
 from multiprocessing import get_context
@@ -19,13 +20,16 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from pkm_gym.benchmark.evaluator import Evaluator, Spent
-from pkm_gym.benchmark.methods import Method, Search, find_method
+from pkm_gym.benchmark.methods import Method, Search, evaluated_on_import, find_method
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import regrets
-from pkm_gym.benchmark.splits import count_tasks, load_split, sha256, split_file
+from pkm_gym.benchmark.session import Session, Spent
+from pkm_gym.benchmark.splits import closed_to, count_tasks, load_split, sha256, split_file
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import lasting
 
@@ -148,6 +152,8 @@ def _empty(setting: Setting, problem: DesignProblem, command: str) -> Evaluation
         rows=np.empty(0, dtype=np.int64),
         designs=np.empty((0, setting.budget, len(problem.low))),
         seconds=np.empty(0),
+        learned=np.empty(0, dtype=np.int64),
+        outside=np.empty(0, dtype=np.int64),
         version=version("pkm_gym"),
         command=command,
         training=training(setting.problem) if training else Cost(),
@@ -187,15 +193,31 @@ class _Prepared(NamedTuple):
     problem: DesignProblem
     split: Pool
     method: Method
+    training: Training | None
     search: Search
+    cost: Cost
+    outside: int
 
 
 @lru_cache(maxsize=4)
 def _prepared(name: str, split: str, method: str, pool_size: int, folder: Path | None) -> _Prepared:
     problem, tasks = load_split(name, split, folder)
     chosen = find_method(method)
-    trained = load_split(name, "train", folder)[1] if pool_size else tasks
-    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, trained.first(pool_size)))
+    training = None
+    if chosen.knowledge == "transfer":
+        training = Training(problem, load_split(name, "train", folder)[1].first(pool_size))
+    view, began, before = View.of(problem), time.process_time(), TALLY.designs
+    try:
+        with closed_to(method):
+            search = chosen.prepare(view, training)
+    except Exception as error:
+        raise ValueError(f"{method} failed while it prepared: {_said(error)}") from error
+    learned = training.count if training else 0
+    if training:
+        training.close()
+    cost = Cost(learned, time.process_time() - began)
+    outside = evaluated_on_import(method) + TALLY.designs - before - learned
+    return _Prepared(problem, tasks, chosen, training, search, cost, outside)
 
 
 def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
@@ -206,19 +228,30 @@ def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
     log = _empty(setting, prepared.problem, "")
     d = len(prepared.problem.low)
     designs = np.full((len(rows), setting.budget, d), np.nan)
-    seconds = np.empty(len(rows))
+    seconds, counts = np.empty(len(rows)), np.empty((2, len(rows)), dtype=np.int64)
     with threadpool_limits(limits=1):  # sums of matrices keep their order
         for i, row in enumerate(rows):
             began = time.perf_counter()
-            evaluated = _search(setting, prepared, int(row))
+            evaluated, *counts[:, i] = _search(setting, prepared, int(row))
             seconds[i] = time.perf_counter() - began
             designs[i, : len(evaluated)] = evaluated
-    return EvaluationLog(setting, rows, designs, seconds, log.version, log.command)
+    return replace(
+        log,
+        rows=rows,
+        designs=designs,
+        seconds=seconds,
+        learned=counts[0],
+        outside=counts[1],
+        preparation=prepared.cost,
+    )
 
 
-def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
-    """Return the designs (count, d) that the method evaluates on a task."""
-    evaluator = Evaluator(
+def _search(setting: Setting, prepared: _Prepared, row: int) -> tuple[FloatArray, int, int]:
+    """Return what the method evaluates on a task.
+
+    The designs (count, d), how many it evaluates on training tasks, and how many past the door.
+    """
+    session = Session(
         prepared.problem,
         prepared.split.tasks[row],
         budget=setting.budget,
@@ -227,13 +260,22 @@ def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
         noise=setting.noise,
         delay=setting.delay,
     )
+    training = prepared.training
+    known, before = training.count if training else 0, TALLY.designs
     try:
-        prepared.search(evaluator)
+        with closed_to(setting.method):
+            prepared.search(session)
     except Spent:
         pass
     except Exception as error:
         raise ValueError(
-            f"{setting.method} failed on {setting.split} task {row} after {evaluator.count} "
-            f"evaluations: {type(error).__name__}: {error}"
+            f"{setting.method} failed on {setting.split} task {row} after {session.count} "
+            f"evaluations: {_said(error)}"
         ) from error
-    return evaluator.designs
+    learned = training.count - known if training else 0
+    outside = TALLY.designs - before - session.count - learned
+    return session.designs, learned, abs(outside) + abs(prepared.outside)
+
+
+def _said(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"

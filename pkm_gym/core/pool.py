@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
@@ -61,7 +62,11 @@ class Pool:
 
     def first(self, n: int) -> Self:
         """Return the pool of the first n tasks."""
-        return replace(self, **{name: getattr(self, name)[:n] for name in ARRAYS})
+        return self.only(slice(n))
+
+    def only(self, rows: npt.NDArray[np.intp] | slice) -> Self:
+        """Return the pool of some of the tasks."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
     @classmethod
     def from_solutions(

@@ -13,7 +13,7 @@ from rich.console import Console
 from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.run import setting
 from pkm_gym.benchmark.splits import load_split
-from pkm_gym.benchmark.standings import standings
+from pkm_gym.benchmark.standings import ranked, standings
 from pkm_gym.core.declaration import SPLITS
 from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
@@ -121,8 +121,11 @@ def command(
     except KeyboardInterrupt:
         screen.print(f"stopped: {kept}", soft_wrap=True)
         raise
-    entries = standings(logs)
-    show(screen, entries)
+    measured = standings(logs)
+    show(screen, measured)
+    entries = ranked(measured)
+    if not entries:
+        return
     with if_full(kept, folder):
         save_table(entries, folder / "table.csv")
         save_curves(entries, folder)

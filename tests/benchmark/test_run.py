@@ -11,9 +11,9 @@ from pkm_gym.benchmark import EvaluationLog, find_method, load_split, regrets, r
 
 GUESS = """
 @method(evaluations=20)
-def guess(problem, pool):
-    span = problem.high - problem.low
-    return proposing(lambda p, task, history: p.low + span * history.generator.random(len(span)))
+def guess(view, training):
+    span = view.high - view.low
+    return proposing(lambda session: view.low + span * session.generator.random(len(span)))
 """
 
 
@@ -23,19 +23,16 @@ def same(one: EvaluationLog, other: EvaluationLog) -> None:
     np.testing.assert_array_equal(one.designs, other.designs)
 
 
-def test_a_method_that_peeks_scores_one(shipped, own_methods):
+PEEK = """
+@method()
+def peek(view, training):
+    return proposing(optimum)
+"""
+
+
+def test_a_method_that_peeks_scores_one(shipped, own_methods, peeking):
     problem, split = shipped
-    name = own_methods("""
-        @method()
-        def peek(problem, pool):
-            _, split = load_split(problem.name, "val")
-
-            def propose(problem, task, history):
-                row = int(np.flatnonzero((split.tasks == task).all(axis=1))[0])
-                return split.designs[row]
-
-            return proposing(propose)
-    """)
+    name = own_methods(peeking + PEEK)
     how = setting(problem.name, "val", f"{name}:peek", evaluations=12)
     log = run(how, np.arange(20))
     assert (log.counts == 12).all()
@@ -67,18 +64,18 @@ def test_a_transfer_method_knows_the_pool_and_a_scratch_method_nothing(shipped, 
     problem, split = shipped
     name = own_methods("""
         @method(knowledge="transfer", start="given")
-        def known(problem, pool):
-            def search(evaluator):
-                assert len(pool) == 100
-                evaluator.evaluate(evaluator.start)
-                evaluator.evaluate(pool.designs[:3])
+        def known(view, training):
+            def search(session):
+                assert len(training) == 100
+                session.evaluate(session.start)
+                session.evaluate(training.designs[:3])
             return search
 
         @method()
-        def unknown(problem, pool):
-            def search(evaluator):
-                assert len(pool) == 0
-                assert evaluator.start is None
+        def unknown(view, training):
+            def search(session):
+                assert training is None
+                assert session.start is None
             return search
     """)
     log = run(setting(problem.name, "val", f"{name}:known", pool=100), np.arange(4))
@@ -105,8 +102,8 @@ def test_a_method_whose_files_change_is_another_one(shipped, own_methods, tmp_pa
         from pathlib import Path
 
         @method(files=lambda name: [Path({str(weights)!r})])
-        def mine(problem, pool):
-            return lambda evaluator: None
+        def mine(view, training):
+            return lambda session: None
     """)
     before = setting(problem.name, "val", f"{name}:mine")
     assert setting(problem.name, "val", f"{name}:mine") == before
@@ -114,26 +111,20 @@ def test_a_method_whose_files_change_is_another_one(shipped, own_methods, tmp_pa
     assert setting(problem.name, "val", f"{name}:mine") != before
 
 
-def test_noise_is_told_to_the_method_but_not_scored(shipped, own_methods):
+def test_noise_is_told_to_the_method_but_not_scored(shipped, own_methods, peeking):
     problem, split = shipped
-    name = own_methods("""
-        @method(evaluations=1)
-        def peek(problem, pool):
-            _, split = load_split(problem.name, "val")
-            rows = {task.tobytes(): i for i, task in enumerate(split.tasks)}
-            return proposing(lambda p, task, history: split.designs[rows[task.tobytes()]])
-    """)
-    log = run(setting(problem.name, "val", f"{name}:peek", noise=0.3), np.arange(8))
-    assert score(regrets(log, problem, split)) == 1.0
+    name = own_methods(peeking + PEEK)
+    how = setting(problem.name, "val", f"{name}:peek", evaluations=1, noise=0.3)
+    assert score(regrets(run(how, np.arange(8)), problem, split)) == 1.0
 
 
 def test_a_failing_method_is_named_with_its_task(shipped, own_methods):
     problem, _ = shipped
     name = own_methods("""
         @method()
-        def bad(problem, pool):
-            def search(evaluator):
-                evaluator.evaluate(problem.low)
+        def bad(view, training):
+            def search(session):
+                session.evaluate(view.low)
                 raise RuntimeError("no idea")
             return search
     """)

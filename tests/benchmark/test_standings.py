@@ -28,7 +28,10 @@ def logs(shipped, beside):
         )  # fmt: skip
         own = starts[: len(rows), None, :] * np.ones((1, budget, 1))
         own[:, -1] += last * (split.designs[rows] - own[:, -1])
-        return EvaluationLog(how, rows, own, np.full(len(rows), 0.12), "0", "made by a test")
+        counts = np.zeros((2, len(rows)), dtype=np.int64)
+        return EvaluationLog(
+            how, rows, own, np.full(len(rows), 0.12), *counts, "0", "made by a test"
+        )
 
     return make
 

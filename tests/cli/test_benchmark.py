@@ -26,7 +26,7 @@ def test_benchmark_runs_methods_and_ranks_them_by_track(run):
         "free start, transfer",
         "given start, scratch",
         "interpolated after 12 evaluations is better on",
-        "What was spent before the first task",
+        "What was spent besides the evaluations on a task",
         "microseconds",
         "written: runs/diamond/benchmark/val",
     ):
