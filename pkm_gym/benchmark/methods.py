@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from pkm_gym.benchmark.record import Cost
+from pkm_gym.benchmark.record import TRACKS, Cost
 from pkm_gym.benchmark.session import Session
 from pkm_gym.benchmark.splits import closed_to
 from pkm_gym.benchmark.view import View
@@ -51,6 +51,8 @@ METHODS = {
 class Method:
     """A way to design for a task.
 
+    Its track and what it cost before are what whoever enters it states.
+
     Attributes:
         prepare: given the view of the problem and the solved training tasks (None in the *scratch*
             track), returns the search that is then run on each task's session.
@@ -58,7 +60,8 @@ class Method:
         knowledge: the track "transfer" (knows the training tasks) or "scratch" (knows nothing).
         evaluations: how many designs of a task it may evaluate at most.
         tasks: how many tasks of a split a quick run spends on it; None: as many as on the others.
-        training: returns what it cost before the first task of a problem, besides the pool.
+        training: returns what it cost before the first task of a problem, besides the pool, for
+            one that was trained before; the whole pool counts as its own then.
         files: returns what else its results on a problem depend on, such as weights.
     """
 
@@ -69,6 +72,20 @@ class Method:
     tasks: int | None = None
     training: TrainingCost | None = None
     files: Files | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a track that there isn't, or that contradicts a training.
+
+        Raises:
+            ValueError: in one sentence.
+        """
+        for name, allowed in TRACKS.items():
+            check_known(name, [getattr(self, name)], allowed)
+        if self.training and self.knowledge == "scratch":
+            raise ValueError(
+                "a method with a training knows of other tasks: its knowledge is 'transfer', not "
+                "'scratch'"
+            )
 
     @property
     def track(self) -> str:

@@ -200,5 +200,11 @@ def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[st
     unknown = np.isnan(costs[1]) * 1.0  # of the training: it may be
     if (times < 0.0).any() or np.isfinite(times).sum() + unknown != len(times):
         yield "times, costs and noise must be numbers from 0 on"
-    if (setting.pool > 0) != (setting.knowledge == "transfer"):
-        yield f"it knew {setting.pool} training tasks in the track {setting.knowledge!r}"
+    trained = int(costs[0])
+    if setting.knowledge == "scratch" and (setting.pool or trained):
+        yield (
+            f"it knew {setting.pool} training tasks and was trained with {trained} evaluations in "
+            "the track 'scratch'"
+        )
+    if setting.knowledge == "transfer" and not (setting.pool or trained):
+        yield "in the track 'transfer' it knew no training tasks and had no training"

@@ -12,8 +12,10 @@ import numpy.typing as npt
 from gymnasium.utils import RecordConstructorArgs
 
 from pkm_gym.benchmark.methods import Knowledge, Start
-from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
+from pkm_gym.benchmark.record import TRACKS, Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.splits import load_split, sha256, split_file
+from pkm_gym.core.names import check_known
+from pkm_gym.core.pool import Pool
 from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import Observation
@@ -23,6 +25,7 @@ from pkm_gym.mechanisms import lasting
 
 Action = npt.NDArray[Any]
 FREE = Cost()
+SAME = 1e-9  # of two designs, a share of the range
 
 
 class RecordEvaluations(
@@ -34,7 +37,7 @@ class RecordEvaluations(
         >>> problem, split = load_split("diamond", "val")
         >>> env = RecordEvaluations(FixedTasks(gym.make("PKM/DiamondFamily-v0"), split))
         >>> ...  # as many episodes as there are tasks
-        >>> env.log("val", method="my agent", knowledge="transfer", pool=4096).save("mine.npz")
+        >>> env.log("val", method="mine", start="free", knowledge="scratch").save("mine.npz")
 
     ``pkm-gym score mine.npz`` then scores it.
 
@@ -50,6 +53,7 @@ class RecordEvaluations(
         super().__init__(env)
         self._inner = design_env(env, "RecordEvaluations")
         self._tasks: list[FloatArray] = []
+        self._starts: list[FloatArray] = []
         self._designs: list[list[FloatArray]] = []
         self._outside: list[int] = []
 
@@ -61,6 +65,7 @@ class RecordEvaluations(
         observation, info = self.env.reset(seed=seed, options=options)
         self._tally = TALLY.designs
         self._outside.append(0)
+        self._starts.append(self._inner.session.last[0].copy())
         self._tasks.append(self._inner.session.tasks[0].copy())
         self._designs.append([])
         return observation, info
@@ -78,8 +83,8 @@ class RecordEvaluations(
         split: str,
         *,
         method: str,
-        start: Start = "free",
-        knowledge: Knowledge = "scratch",
+        start: Start,
+        knowledge: Knowledge,
         pool: int = 0,
         seed: int = 0,
         training: Cost = FREE,
@@ -87,22 +92,32 @@ class RecordEvaluations(
     ) -> EvaluationLog:
         """Return what was recorded as a log of a split.
 
-        Of several episodes on a task the first one counts.
+        Of several episodes on a task the first one counts. The track and the costs are stated by
+        you; that the episodes began as the track has it is checked.
 
         Args:
             split: whose tasks the episodes were about.
             method: what the log is to be called.
-            start: the track, "given" or "free".
-            knowledge: the track, "transfer" or "scratch".
-            pool: how many of the training tasks the method knew.
+            start: the track: "given" (at the split's starts) or "free".
+            knowledge: the track: "transfer" (it was trained on other tasks or knew some, and says
+                so by ``pool`` and ``training``) or "scratch".
+            pool: how many solved tasks the method knew.
             seed: which of several trainings of the method it is.
             training: what it cost before the first task, besides the pool.
             folder: of the splits; see ``load_split``.
 
         Raises:
-            ValueError: in one sentence, for a problem that differs from the benchmark's, or a task
-                that is not in the split.
+            ValueError: in one sentence, for another problem than the benchmark's, a task that the
+                split lacks, or a track that the episodes or the costs contradict.
         """
+        for what, said in (("start", start), ("knowledge", knowledge)):
+            check_known(what, [said], TRACKS[what])
+        if (knowledge == "transfer") != bool(pool or training.evaluations):
+            raise ValueError(
+                f"knowledge is {knowledge!r} with a pool of {pool} and a training of "
+                f"{training.evaluations} evaluations: who knows of other tasks is in the track "
+                "'transfer' and states what that cost, who doesn't in 'scratch'"
+            )
         self._look()
         inner, name = self._inner, lasting(self._inner.problem)
         problem, tasks = load_split(name, split, folder)
@@ -124,6 +139,8 @@ class RecordEvaluations(
         for i, row in enumerate(rows):
             episode = self._designs[episodes[int(row)]]
             designs_of[i, : len(episode)] = np.reshape(episode, (-1, len(problem.low)))
+        for row in rows.tolist():
+            self._check_start(self._starts[episodes[row]], row, tasks, start, knowledge)
         setting = Setting(
             problem=name,
             split=split,
@@ -149,6 +166,32 @@ class RecordEvaluations(
             command="RecordEvaluations",
             training=training,
         )
+
+    def _check_start(
+        self, own: FloatArray, row: int, tasks: Pool, start: Start, knowledge: Knowledge
+    ) -> None:
+        """Refuse an episode that began, at a design (d,), where its track doesn't."""
+        problem = self._inner.problem
+        span = problem.high - problem.low
+
+        def at(design: FloatArray) -> bool:
+            return bool((np.abs(own - design) <= SAME * span).all())
+
+        if start == "given" and not at(tasks.starts[row]):
+            raise ValueError(
+                f"the episode on task {row} did not begin at the split's start: with start='given' "
+                "it does, by reset(options={'design': ...})"
+            )
+        if start == "free" and at(tasks.designs[row]):
+            raise ValueError(
+                f"the episode on task {row} began at the split's optimum: that is no free start"
+            )
+        centred = at(0.5 * (problem.low + problem.high)) or self._inner.opening.start == "random"
+        if start == "free" and knowledge == "scratch" and not centred:
+            raise ValueError(
+                f"the episode on task {row} began at a design that was handed over: with "
+                "start='free' and knowledge='scratch' it begins at the centre or at random"
+            )
 
     def _look(self) -> None:
         """Count what was evaluated since the last step, past the environment."""

@@ -59,7 +59,8 @@ def setting(
         method: its name, or "module:attribute".
         seed: of its random numbers.
         evaluations: allowed on each task, if the method takes so many.
-        pool: how many of the training tasks a *transfer* method may know, all of them if None.
+        pool: how many of the training tasks a *transfer* method may know, all of them if None; one
+            that was trained before is taken to know all.
         noise: standard deviation of the relative error in what the method is told.
         delay: seconds that each evaluation takes longer.
         folder: of the splits; see ``load_split``.
@@ -93,7 +94,7 @@ def setting(
         knowledge=chosen.knowledge,
         seed=seed,
         budget=min(evaluations, chosen.evaluations),
-        pool=(pool or trained) if transfer else 0,
+        pool=(trained if chosen.training else pool or trained) if transfer else 0,
         noise=noise,
         delay=delay,
         folder=str(folder or ""),

@@ -7,7 +7,17 @@ import re
 import numpy as np
 import pytest
 
-from pkm_gym.benchmark import EvaluationLog, find_method, load_split, regrets, run, score, setting
+from pkm_gym.benchmark import (
+    Cost,
+    EvaluationLog,
+    find_method,
+    load_split,
+    method,
+    regrets,
+    run,
+    score,
+    setting,
+)
 
 GUESS = """
 @method(evaluations=20)
@@ -186,3 +196,28 @@ def test_a_spoilt_log_is_refused_by_name(log, tmp_path):
     np.savez(path, rows=np.arange(3))
     with pytest.raises(ValueError, match=r"log.npz' lacks designs"):
         EvaluationLog.load(path)
+
+
+@pytest.mark.parametrize(
+    ("stated", "sentence"),
+    [
+        ({"start": "gven"}, "unknown start 'gven'; did you mean 'given'?"),
+        ({"knowledge": "transfr"}, "unknown knowledge 'transfr'; did you mean 'transfer'?"),
+        ({"training": lambda _: Cost(5)}, "a method with a training knows of other tasks"),
+    ],
+)
+def test_a_track_that_there_is_not_is_refused(stated, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        method(**stated)(find_method("random").prepare)
+
+
+def test_a_method_that_was_trained_before_is_charged_the_whole_pool(shipped, own_methods):
+    name = own_methods("""
+        from pkm_gym.benchmark import Cost
+
+        @method(knowledge="transfer", training=lambda name: Cost(5))
+        def mine(view, training):
+            return lambda session: None
+    """)
+    how = setting(shipped[0].name, "val", f"{name}:mine", pool=1)
+    assert how.pool == shipped[0].declared.splits["train"]
