@@ -25,8 +25,8 @@ def training_cost(name: str) -> Cost:
 
 
 def files(_name: str) -> list[Path]:
-    """Return the files of the shipped designers."""
-    return sorted(ZOO.glob("*.*"))
+    """Return the files of the shipped designers, and those of what plans with them."""
+    return [*sorted(ZOO.glob("*.*")), *sorted(ZOO.with_name("planner").glob("*.py"))]
 
 
 @method(knowledge="transfer", training=training_cost, files=files)

@@ -62,7 +62,8 @@ class Method:
         tasks: how many tasks of a split a quick run spends on it; None: as many as on the others.
         training: returns what it cost before the first task of a problem, besides the pool, for
             one that was trained before; the whole pool counts as its own then.
-        files: returns what else its results on a problem depend on, such as weights.
+        files: returns what else its results on a problem depend on than its module and what that
+            imports from its own folder, such as weights.
     """
 
     prepare: Prepare
@@ -125,7 +126,12 @@ _on_import: dict[str, int] = {}
 
 def evaluated_on_import(name: str) -> int:
     """Return how many designs a method's module evaluated when ``find_method`` imported it."""
-    return _on_import.get(_place(name)[0], 0)
+    return _on_import.get(method_module(name), 0)
+
+
+def method_module(name: str) -> str:
+    """Return the name of the module that a method is in."""
+    return _place(name)[0]
 
 
 def find_method(name: str) -> Method:
@@ -146,6 +152,11 @@ def find_method(name: str) -> Method:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise
         raise ValueError(f"method {name!r}: there is no module {error.name!r}") from None
+    except ValueError:
+        raise
+    except Exception as error:  # whatever somebody's module does
+        said = f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
+        raise ValueError(f"method {name!r}: {module} can't be imported: {said}") from error
     _on_import[module] = _on_import.get(module, 0) + TALLY.designs - before
     if type(chosen) is not Method:
         raise ValueError(

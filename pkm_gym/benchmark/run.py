@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -20,10 +21,17 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from pkm_gym.benchmark.methods import Method, Search, evaluated_on_import, find_method
+from pkm_gym.benchmark.methods import (
+    Method,
+    Search,
+    evaluated_on_import,
+    find_method,
+    method_module,
+)
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import regrets
 from pkm_gym.benchmark.session import Session, Spent
+from pkm_gym.benchmark.sources import sources
 from pkm_gym.benchmark.splits import closed_to, count_tasks, load_split, sha256, split_file
 from pkm_gym.benchmark.training import Training
 from pkm_gym.benchmark.view import View
@@ -37,6 +45,10 @@ CHUNK = 4  # tasks between two savings
 
 Rows = npt.NDArray[np.int64]
 Keep = Callable[[EvaluationLog], None]
+
+
+class Failed(ValueError):  # noqa: N818  # it says so of a method
+    """A method ended otherwise than it should; the sentence says how."""
 
 
 def setting(
@@ -89,7 +101,7 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_file(problem, split, folder)),
         method=method,
-        source=_source(chosen, lasts),
+        source=_source(chosen, method, lasts),
         start=chosen.start,
         knowledge=chosen.knowledge,
         seed=seed,
@@ -106,9 +118,11 @@ def splits_folder(setting: Setting) -> Path | None:
     return Path(setting.folder) if setting.folder else None
 
 
-def _source(method: Method, name: str) -> str:
+def _source(method: Method, called: str, name: str) -> str:
     """Return the sha256 of the files that a method's results on a problem depend on."""
-    files = [Path(inspect.getfile(method.prepare)), *(method.files(name) if method.files else ())]
+    modules = {method_module(called), getattr(method.prepare, "__module__", "")}
+    files = [path for module in sorted(modules) if module for path in sources(sys.modules[module])]
+    files += method.files(name) if method.files else ()
     return hashlib.sha256("".join(map(sha256, files)).encode()).hexdigest()
 
 
@@ -132,8 +146,8 @@ def run(
         command: what the log says wrote it.
 
     Raises:
-        ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
-            certified optimum.
+        Failed: in one sentence, for a method that fails, or leaves the bounds.
+        ValueError: in one sentence, for one that beats a certified optimum.
     """
     problem, split = load_split(setting.problem, setting.split, splits_folder(setting))
     done = earlier_log or _empty(setting, problem, command)
@@ -167,17 +181,23 @@ def _parts(setting: Setting, chunks: list[Rows], jobs: int) -> Iterator[Evaluati
         return
     with _workers(jobs) as executor:
         for future in as_completed([executor.submit(_solve, setting, rows) for rows in chunks]):
-            yield future.result()
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                raise Failed(f"{setting.method} ended a process that it ran in") from None
 
 
 @contextmanager
 def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give processes that end with this one, at Ctrl-C too."""
+    """Give processes that end with this one, at Ctrl-C and after a failure too."""
     executor = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_alone)
     try:
         yield executor
     except BaseException:
+        processes = list((executor._processes or {}).values())
         executor.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
         raise
     executor.shutdown()
 
@@ -211,8 +231,8 @@ def _prepared(name: str, split: str, method: str, pool_size: int, folder: Path |
     try:
         with closed_to(method):
             search = chosen.prepare(view, training)
-    except Exception as error:
-        raise ValueError(f"{method} failed while it prepared: {_said(error)}") from error
+    except (Exception, SystemExit) as error:
+        raise Failed(f"{method} failed while it prepared: {_said(error)}") from error
     learned = training.count if training else 0
     if training:
         training.close()
@@ -268,8 +288,8 @@ def _search(setting: Setting, prepared: _Prepared, row: int) -> tuple[FloatArray
             prepared.search(session)
     except Spent:
         pass
-    except Exception as error:
-        raise ValueError(
+    except (Exception, SystemExit) as error:
+        raise Failed(
             f"{setting.method} failed on {setting.split} task {row} after {session.count} "
             f"evaluations: {_said(error)}"
         ) from error
@@ -279,4 +299,5 @@ def _search(setting: Setting, prepared: _Prepared, row: int) -> tuple[FloatArray
 
 
 def _said(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"
+    said = str(error).splitlines()
+    return f"{type(error).__name__}: {said[0]}" if said else type(error).__name__

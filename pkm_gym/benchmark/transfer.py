@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.methods import Search, method
 from pkm_gym.benchmark.optima import KnownOptima
@@ -15,12 +13,6 @@ from pkm_gym.benchmark.view import View
 RUNGS = 12
 RUNGS_BEFORE = 6  # of COBYQA
 RADII = (0.002, 0.02, 0.2)  # of COBYQA's trust regions at first, shares of the range
-
-
-def parts_of_the_ladder(_name: str) -> list[Path]:
-    """Return the files that the ladder's results depend on."""
-    names = ("interpolation.py", "ladder.py", "optima.py")
-    return [Path(__file__).with_name(name) for name in names]
 
 
 @method(knowledge="transfer")
@@ -35,7 +27,7 @@ def neighbours(view: View, training: Training) -> Search:
     return search
 
 
-@method(knowledge="transfer", files=parts_of_the_ladder)
+@method(knowledge="transfer")
 def interpolated(view: View, training: Training) -> Search:
     """Evaluate the interpolated optimum, then that of a task with corrected limits, and so on."""
     ladder = Ladder(view, training)
@@ -46,7 +38,7 @@ def interpolated(view: View, training: Training) -> Search:
     return search
 
 
-@method(knowledge="transfer", files=parts_of_the_ladder)
+@method(knowledge="transfer")
 def interpolated_cobyqa(view: View, training: Training) -> Search:
     """Climb a few rungs of the ladder, then go on with COBYQA from the best of them.
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from inspect import getfile
+from pathlib import Path
 
 import numpy as np
 from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
@@ -76,6 +78,10 @@ def _value(trial: Trial, told: Told, view: View, values: Values) -> float:
     return float(penalised(told.values, told.constraints, view.objective)[0])
 
 
+def _optima(_name: str) -> list[Path]:
+    return [Path(getfile(KnownOptima))]
+
+
 @method()
 def tpe(_view: View, _training: None) -> Search:
     """Search with TPE as Optuna sets it up: multivariate, constrained, 10 trials to start up."""
@@ -115,14 +121,14 @@ def gp(_view: View, _training: None) -> Search:
     return on_one_thread
 
 
-@method(knowledge="transfer")
+@method(knowledge="transfer", files=_optima)
 def neighbours_tpe(view: View, training: Training) -> Search:
     """Search with TPE that is first given the optima of the nearest tasks."""
     nearest = KnownOptima(view, training).nearest
     return _named("tpe", first=lambda task: nearest(task, ENQUEUED))
 
 
-@method(knowledge="transfer")
+@method(knowledge="transfer", files=_optima)
 def neighbours_cmaes(view: View, training: Training) -> Search:
     """Search with CMA-ES on the merit, from the mean of the optima of the nearest tasks."""
     nearest = KnownOptima(view, training).nearest

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
+from pkm_gym.benchmark.record import Setting
 from pkm_gym.benchmark.scoring import (
     SCORED,
     WITHIN,
@@ -76,6 +77,15 @@ def show(screen: Console, measured: Sequence[Entry]) -> None:
             "prototype), and so evaluations are what is counted.",
             style=FAINT,
         )
+
+
+def show_failed(screen: Console, failures: Mapping[Setting, str]) -> None:
+    """Print which methods failed, and why."""
+    lines = table("failed", "reason")
+    for setting, reason in failures.items():
+        lines.add_row(setting.method, reason.removeprefix(f"{setting.method} "))
+    screen.print(section("failed, and not ranked"))
+    screen.print(lines)
 
 
 def _scores(entries: Sequence[Entry]) -> Any:

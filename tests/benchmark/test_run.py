@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import time
+from importlib import import_module
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
@@ -18,6 +21,8 @@ from pkm_gym.benchmark import (
     score,
     setting,
 )
+from pkm_gym.benchmark.run import Failed
+from pkm_gym.benchmark.sources import sources
 
 GUESS = """
 @method(evaluations=20)
@@ -128,21 +133,105 @@ def test_noise_is_told_to_the_method_but_not_scored(shipped, own_methods, peekin
     assert score(regrets(run(how, np.arange(8)), problem, split)) == 1.0
 
 
-def test_a_failing_method_is_named_with_its_task(shipped, own_methods):
-    problem, _ = shipped
+HELPERS = {
+    "import": ("import helper_of_tests", "helper_of_tests.py"),
+    "from": ("from helper_of_tests import SIZE", "helper_of_tests.py"),
+    "in a function": ("def later():\n    import helper_of_tests", "helper_of_tests.py"),
+    "in a package": ("from folder_of_tests import helper", "folder_of_tests/helper.py"),
+    "a package's own": ("import folder_of_tests.other", "folder_of_tests/__init__.py"),
+}
+
+
+@pytest.mark.parametrize("how", HELPERS)
+def test_a_method_whose_imported_helper_changes_is_another_one(own_methods, tmp_path, how):
+    line, file = HELPERS[how]
+    (tmp_path / "folder_of_tests").mkdir()
+    for path in ("helper_of_tests", "folder_of_tests/__init__", "folder_of_tests/helper",
+                 "folder_of_tests/other", "unused"):  # fmt: skip
+        (tmp_path / f"{path}.py").write_text("SIZE = 1\n")
+    name = f"{own_methods(line + GUESS)}:guess"
+    before = setting("diamond", "val", name)
+    (tmp_path / "unused.py").write_text("SIZE = 2\n")
+    assert setting("diamond", "val", name) == before
+    (tmp_path / file).write_text("SIZE = 2\n")
+    assert setting("diamond", "val", name) != before
+
+
+def test_our_methods_depend_on_what_they_import_from_their_folder():
+    found = sources(import_module("pkm_gym.benchmark.transfer"))
+    parts = {"transfer.py", "ladder.py", "interpolation.py", "optima.py", "session.py"}
+    assert parts <= {path.name for path in found}
+    assert {path.parent.name for path in found} == {"benchmark"}
+
+
+BAD = """
+@method()
+def bad(view, training):
+    def search(session):
+        session.evaluate(view.low)
+        {}
+    return search
+"""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("raise RuntimeError('no idea\\nat all')", "RuntimeError: no idea$"),
+        ("session.evaluate(2.0 * view.high + 1.0)", "ValueError: .* within the search bounds"),
+        ("raise SystemExit(0)", "SystemExit: 0"),
+    ],
+)
+def test_a_failing_method_is_named_with_its_task(own_methods, line, reason, jobs):
+    how = setting("diamond", "val", f"{own_methods(BAD.format(line))}:bad")
+    with pytest.raises(Failed, match=rf"bad failed on val task \d after 1 evaluations: {reason}"):
+        run(how, np.arange(8), jobs=jobs)
+
+
+def test_a_method_that_ends_its_process_is_named(own_methods):
+    name = own_methods(BAD.format("import os; os._exit(3)"))
+    with pytest.raises(Failed, match="bad ended a process that it ran in"):
+        run(setting("diamond", "val", f"{name}:bad"), np.arange(8), jobs=2)
+
+
+def test_a_failure_ends_the_workers_that_go_on(own_methods, tmp_path):
+    """One task fails; the process with the other tasks would never end by itself."""
+    (tmp_path / "turns").mkdir()
+    name = own_methods(
+        BAD.format(f"""
+        import os, pathlib, time
+        turns = pathlib.Path({str(tmp_path / "turns")!r})
+        (turns / str(os.getpid())).touch()
+        if len(list(turns.iterdir())) > 1:
+            raise RuntimeError("enough")
+        while True:
+            time.sleep(0.05)
+    """)
+    )
+    before = {process.pid for process in active_children()}
+    with pytest.raises(Failed, match="enough"):
+        run(setting("diamond", "val", f"{name}:bad"), np.arange(8), jobs=2)
+    until = time.monotonic() + 20.0
+    while {process.pid for process in active_children()} - before and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not {process.pid for process in active_children()} - before
+
+
+def test_a_failure_while_preparing_is_named(own_methods):
     name = own_methods("""
         @method()
         def bad(view, training):
-            def search(session):
-                session.evaluate(view.low)
-                raise RuntimeError("no idea")
-            return search
+            return 1 / 0
     """)
-    how = setting(problem.name, "val", f"{name}:bad")
-    sentence = r"bad failed on val task \d after 1 evaluations: RuntimeError: no idea"
-    for jobs in (1, 2):
-        with pytest.raises(ValueError, match=sentence):
-            run(how, np.arange(8), jobs=jobs)
+    with pytest.raises(Failed, match="bad failed while it prepared: ZeroDivisionError"):
+        run(setting("diamond", "val", f"{name}:bad"), np.arange(2))
+
+
+def test_a_module_that_can_not_be_imported_is_refused(own_methods):
+    name = own_methods("1 / 0")
+    with pytest.raises(ValueError, match=f"{name} can't be imported: ZeroDivisionError: division"):
+        setting("diamond", "val", f"{name}:it")
 
 
 @pytest.mark.parametrize(
