@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,7 +87,8 @@ class DesignCourse:
 
     def write(self, policy: Policy, path: Path, origin: Origin) -> None:
         """Write a policy as a designer."""
-        write_designer(self.designer(policy), path, origin, self.problem_arguments)
+        known = replace(origin, pool=len(self.pool) if self.pool else 0)
+        write_designer(self.designer(policy), path, known, self.problem_arguments)
 
     def sessions(self, n: int) -> DesignVectorEnv:
         """Return n sessions to train on."""

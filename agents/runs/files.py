@@ -42,6 +42,7 @@ class Origin:
         score: its score on the validation tasks.
         versions: of the libraries.
         recorded: what it must reproduce, see ``pkm-gym zoo``.
+        pool: how many solved tasks it was trained on; None where an older file doesn't say.
     """
 
     env_id: str
@@ -50,6 +51,7 @@ class Origin:
     score: float
     versions: Mapping[str, str]
     recorded: Mapping[str, Any] = field(default_factory=dict)
+    pool: int | None = None
 
 
 def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:

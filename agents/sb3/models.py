@@ -14,8 +14,12 @@ from pkm_gym.core.reading import about
 from pkm_gym.envs.design import DesignEnv
 
 
-def load_model(path: str, *, trust: bool, env_id: str | None, algorithm: str = "ppo") -> Designer:
-    """Return the designer of a model that SB3 saved; its sessions start at the centre.
+def load_model(
+    path: str, *, trust: bool, env_id: str | None, algorithm: str = "ppo"
+) -> tuple[Designer, int]:
+    """Return the designer of a model that SB3 saved, and the steps that trained it.
+
+    Its sessions start at the centre; a step is an evaluation.
 
     Args:
         path: of the .zip file.
@@ -42,4 +46,5 @@ def load_model(path: str, *, trust: bool, env_id: str | None, algorithm: str = "
         raise ValueError(f"{path!r} is no model of {algorithm}, or a damaged one") from None
     if model.observation_space != env.observation_space:
         raise ValueError(f"{path!r} was trained in an environment of other observations")
-    return Designer(env.problem, env.rules, Network.of_model(model), Centre(env.problem))
+    designer = Designer(env.problem, env.rules, Network.of_model(model), Centre(env.problem))
+    return designer, int(model.num_timesteps)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.designers.library import designer_path
-from pkm_gym.agents.designers.scoring import SCORED, record
+from pkm_gym.agents.designers.scoring import SCORED, Agent, record
 from pkm_gym.agents.sb3.models import load_model
-from pkm_gym.benchmark.record import Cost
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.studies.benchmark.tables import show
@@ -43,22 +41,25 @@ def command(
         typer.Option(metavar="ENV", help="Where a .zip was trained.", show_default=False),
     ] = None,
     algo: Annotated[str, typer.Option(metavar="ALGORITHM", help="What trained a .zip.")] = "ppo",
+    pool: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Solved tasks that a .zip was trained on.")
+    ] = 0,
 ) -> None:
     """Score trained agents on tasks that they never saw.
 
-    Tune on val only; test is for what is published.
+    Tune on val only; test is for what is published. Its training counts as a cost, and so do the
+    solved tasks that it was trained on.
     """
     check_known("split", [split], SCORED)
-    designers, costs = [], []
+    agents = []
     for model in models:
         if model.endswith(".zip"):
-            designers.append(load_model(model, trust=trust, env_id=env, algorithm=algo))
-            costs.append(Cost())
+            loaded = load_model(model, trust=trust, env_id=env, algorithm=algo)
+            agents.append(Agent(*loaded, pool))
         else:
             designer, origin = read_designer(designer_path(model))
-            designers.append(designer)
-            costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
-    logs = record(designers, costs, split, own_command(), splits)
+            agents.append(Agent(designer, origin.steps, origin.pool))
+    logs = record(agents, split, own_command(), splits)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")

@@ -11,10 +11,12 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.solve import ACTIVE
+from pkm_gym.core.statement import ProblemStatement
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
 
@@ -94,7 +96,7 @@ class Part:
     constraints: Cubic
 
 
-def check_size(problem: DesignProblem, pool: Pool) -> None:
+def check_size(problem: View | ProblemStatement, pool: Training | Pool) -> None:
     """Refuse a pool with too few solvable tasks.
 
     Raises:
@@ -115,13 +117,13 @@ class Interpolation:
     the design of the part whose other limits are predicted to hold, and whose tasks are near.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        """Interpolate the solvable tasks of a pool."""
+    def __init__(self, problem: View | ProblemStatement, pool: Training | Pool) -> None:
+        """Interpolate the solvable tasks of a pool; nothing is evaluated."""
         self.problem = problem
         kept = pool.solvable
         points = task_points(problem, pool.tasks[kept])
         places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
-        constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
+        constraints = pool.constraints[kept]
         active = constraints > -ACTIVE
         limits = np.c_[active, places < ACTIVE, places > 1.0 - ACTIVE]
         self.parts = [
@@ -134,7 +136,7 @@ class Interpolation:
         ]
 
     @classmethod
-    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
+    def of_tensors(cls, problem: View | ProblemStatement, tensors: Mapping[str, Any]) -> Self:
         """Return the interpolation of what ``tensors()`` returned.
 
         Raises:
@@ -202,14 +204,14 @@ class Between:
     that it learns nothing from its own optimum; any other task the one from them all.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
+    def __init__(self, problem: ProblemStatement, pool: Pool) -> None:
         """Keep the solvable tasks of a pool; interpolations are made when they are needed.
 
         Raises:
             ValueError: if there are too few.
         """
         check_size(problem, pool)
-        self.problem, self.pool = problem, pool.some(pool.solvable)
+        self.problem, self.pool = problem, pool.only(pool.solvable)
 
     @cached_property
     def whole(self) -> Interpolation:
@@ -241,7 +243,7 @@ class Between:
             fold = np.arange(len(pool)) % FOLDS
             _folded[key] = np.empty_like(pool.designs)
             for k in range(FOLDS):
-                others = Interpolation(self.problem, pool.some(fold != k))
+                others = Interpolation(self.problem, pool.only(fold != k))
                 _folded[key][fold == k] = others.designs(pool.tasks[fold == k])
         return _folded[key]
 
@@ -249,7 +251,7 @@ class Between:
 _folded: dict[bytes, FloatArray] = {}
 
 
-def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
+def task_points(problem: View | ProblemStatement, tasks: FloatArray) -> FloatArray:
     """Return the fields that are drawn (n, k) of packed tasks: the Family's range to +-0.6.
 
     Unlike in an observation the scale has no bend at the ends of the range: what is smooth in the

@@ -9,6 +9,8 @@ tasks of each as the problem declares. One that declares none is no benchmark.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -51,6 +53,20 @@ class Entry:
     sha256: str
     evaluations: int
     seconds: float
+
+
+# The method that is being imported, prepared or run: it loads no split by itself.
+_closed_to: list[str] = []
+
+
+@contextmanager
+def closed_to(method: str) -> Iterator[None]:
+    """Refuse to load splits meanwhile: what a method may know of other tasks is handed to it."""
+    _closed_to.append(method)
+    try:
+        yield
+    finally:
+        _closed_to.pop()
 
 
 def draw(problem: DesignProblem, split: str) -> Drawn:
@@ -134,8 +150,13 @@ def load_split(name: str, split: str, folder: Path | None = None) -> tuple[Desig
 
     Raises:
         ValueError: in one sentence, for an unknown name, or a file that is missing, edited or of
-            another version of the problem.
+            another version of the problem; and for a method that is being run.
     """
+    if _closed_to:
+        raise ValueError(
+            f"{_closed_to[-1]} loads the split {split} itself: what a method may know of other "
+            "tasks is handed to its prepare, in the track transfer"
+        )
     problem = family_problem(name)
     check_split(problem, split)
     path = split_file(problem, split, folder)

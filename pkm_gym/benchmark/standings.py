@@ -45,7 +45,10 @@ class Entry:
         version: of pkm_gym.
         command: what wrote its log.
         training: what the method cost before the first task, besides the pool.
+        preparation: what it evaluated on training tasks before the first one.
         pool: what it cost to solve the training tasks that it knew.
+        learned: evaluations on training tasks for each task, the mean.
+        outside: designs evaluated past the door; with any of them it isn't ranked.
         part: whether it knew only some of the training tasks.
     """
 
@@ -57,7 +60,10 @@ class Entry:
     version: str
     command: str
     training: Cost
+    preparation: Cost
     pool: Cost
+    learned: float
+    outside: int
     part: bool
 
     @property
@@ -97,9 +103,9 @@ class Entry:
 
     @property
     def cost(self) -> Cost:
-        """What was spent before the first task: its share of the pool, and its training."""
-        pool, own = self.pool, self.training
-        return Cost(pool.evaluations + own.evaluations, pool.seconds + own.seconds)
+        """What was spent before the first task: on the pool, in training, to prepare."""
+        parts = (self.pool, self.training, self.preparation)
+        return Cost(sum(part.evaluations for part in parts), sum(part.seconds for part in parts))
 
     @property
     def beaten(self) -> npt.NDArray[np.int64]:
@@ -126,6 +132,11 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
         names = ", ".join(" ".join(place) for place in sorted(places)) or "none"
         raise ValueError(f"the logs must be of one problem and split, they are of: {names}")
     return sorted(map(_entry, groups.values()), key=lambda entry: -entry.score.value)
+
+
+def ranked(entries: Sequence[Entry]) -> list[Entry]:
+    """Return the entries without those that evaluated designs past the door."""
+    return [entry for entry in entries if not entry.outside]
 
 
 def check_log(log: EvaluationLog) -> None:
@@ -176,7 +187,10 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         version=logs[0].version,
         command=logs[0].command,
         training=logs[0].training,
+        preparation=logs[0].preparation,
         pool=_pool_cost(setting, problem),
+        learned=float(np.mean([log.learned.mean() if len(log) else 0.0 for log in logs])),
+        outside=max(int(log.outside.max(initial=0)) for log in logs),
         part=0 < setting.pool < count_tasks(split_file(problem, "train", splits_folder(setting))),
     )
 
@@ -227,10 +241,10 @@ def compare(one: Entry, k: int, other: Entry, other_k: int) -> Duel:
 def pays_after(entry: Entry, others: Iterable[Entry], k: int = SCORED) -> float | None:
     """Return after how many tasks the cost before the first one is made up for.
 
-    Counted in evaluations: on each task the method needs k, and the fastest of the *scratch*
-    methods as many as bring its median regret as low; where none gets there, the largest number
-    that one was allowed, so that the answer is too large rather than too small. None if nothing is
-    saved.
+    Counted in evaluations: on each task the method needs k and what it evaluates on training tasks,
+    and the fastest of the *scratch* methods as many as bring its median regret as low; where none
+    gets there, the largest number that one was allowed, so that the answer is too large rather than
+    too small. None if nothing is saved.
     """
     target = entry.median(k)
     scratch = [other for other in others if other.setting.knowledge == "scratch"]
@@ -242,5 +256,5 @@ def pays_after(entry: Entry, others: Iterable[Entry], k: int = SCORED) -> float 
     fastest = min(needed, default=np.inf)
     if not np.isfinite(fastest):
         fastest = max((other.setting.budget for other in scratch), default=0)
-    saved = fastest - k
+    saved = fastest - k - entry.learned
     return entry.cost.evaluations / saved if saved > 0 else None

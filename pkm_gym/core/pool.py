@@ -64,7 +64,7 @@ class Pool:
 
     def first(self, n: int) -> Self:
         """Return the pool of the first n tasks."""
-        return self.some(np.arange(len(self))[:n])
+        return self.only(np.arange(len(self))[:n])
 
     @classmethod
     def from_solutions(
@@ -113,7 +113,7 @@ class Pool:
         except ValueError as error:
             raise ValueError(f"the pool can't be used: {error}") from None
 
-    def some(self, rows: npt.NDArray[Any]) -> Self:
+    def only(self, rows: npt.NDArray[Any]) -> Self:
         """Return the pool of some tasks: of a mask (n,), or of their numbers."""
         return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
 

@@ -16,6 +16,7 @@ from pkm_gym.core.limit import Limit
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.rows import Dimension, Measured
 from pkm_gym.core.statement import ProblemStatement
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.task import Task, TaskLike
 from pkm_gym.core.trial import TrialObjective
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -123,6 +124,7 @@ class DesignProblem(ProblemStatement, ABC):
         """
         designs = checked_designs(designs, self.variables)
         full, n = self.complete(designs), len(designs)
+        TALLY.designs += n
         row = self._task_row
         tasks = row if tasks is None else packed_tasks(tasks, self.task_type, (n, row.shape[1]))
         rows = Measured(

@@ -10,6 +10,7 @@ import numpy as np
 from pkm_gym.core.types import FloatArray
 
 if TYPE_CHECKING:
+    from pkm_gym.core.declaration import Objective
     from pkm_gym.core.evaluation import Evaluation
     from pkm_gym.core.problem import DesignProblem
     from pkm_gym.core.task import Task
@@ -18,16 +19,25 @@ if TYPE_CHECKING:
 def trial_values(evaluation: Evaluation) -> FloatArray:
     """Return the values (n, k) of trials: objectives, made worse than any feasible one if not.
 
-    An infeasible design gets the objective's ``worst``, made worse by a bounded measure of its
-    violations, so that the best trial by value is the answer.
+    So the best trial by value is the answer.
     """
-    excess = np.maximum(evaluation.constraints, 0.0)
+    columns = zip(evaluation.objectives.T, evaluation.problem.objectives, strict=True)
+    return np.stack(
+        [penalised(values, evaluation.constraints, objective) for values, objective in columns],
+        axis=1,
+    )
+
+
+def penalised(values: FloatArray, constraints: FloatArray, objective: Objective) -> FloatArray:
+    """Return values (n,) of an objective, worse than any feasible one where constraints are broken.
+
+    Such a design gets the objective's ``worst``, made worse by a bounded measure of its violations
+    (n, c).
+    """
+    excess = np.maximum(constraints, 0.0)
     violation = (excess / (1.0 + excess)).sum(axis=1)
-    values = evaluation.objectives.copy()
-    for column, objective in enumerate(evaluation.problem.objectives):
-        penalised = objective.worst + objective.sign * violation
-        values[:, column] = np.where(evaluation.feasible, values[:, column], penalised)
-    return values
+    feasible = (constraints <= 0.0).all(axis=1)
+    return np.where(feasible, values, objective.worst + objective.sign * violation)
 
 
 def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:

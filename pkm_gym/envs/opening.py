@@ -210,7 +210,7 @@ def _split(problem: DesignProblem, name: str) -> Pool:
 
 def solved_tasks(problem: DesignProblem, pool: Pool, source: str) -> Solved:
     """Return the solvable tasks of a pool with the log merit of their optima."""
-    kept = pool.some(pool.solvable)
+    kept = pool.only(pool.solvable)
     optima = problem.evaluate(kept.designs, kept.tasks).log_merit
     return Solved(kept.tasks, kept.starts, optima, source)
 

@@ -12,6 +12,7 @@ import pytest
 
 from pkm_gym.agents.designers import library, shipping
 from pkm_gym.agents.designers.library import shipped
+from pkm_gym.benchmark import EvaluationLog
 from pkm_gym.benchmark.splits import split_path
 
 TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",
@@ -127,7 +128,10 @@ def test_a_trained_agent_is_scored(trained, run, tmp_path):
     result = run("agent-eval", trained, "-o", "logs")
     assert result.exit_code == 0, result.stderr
     assert "diamond, val" in result.stdout
-    assert (tmp_path / "logs" / "designer-0.npz").exists()
+    log = EvaluationLog.load(tmp_path / "logs" / "designer-0.npz")
+    assert (log.setting.pool, log.setting.knowledge) == (0, "transfer")  # it knew no solved tasks
+    assert 0 < log.training.evaluations <= 192
+    assert not log.outside.any()
 
 
 @SHIPPED

@@ -108,11 +108,11 @@ def test_starts_are_interpolated_between_the_other_optima_of_a_pool(name, make, 
         pool="val", start="interpolated", reward="regret",
     )  # fmt: skip
     _, pool = load_split(name, "val")
-    pool = pool.some(pool.solvable)
+    pool = pool.only(pool.solvable)
     fold = np.arange(len(pool)) % 8
     start = start_of(env, seed=3)
     (row,) = np.flatnonzero((pool.tasks == env.session.tasks[0]).all(axis=1))
-    others = Interpolation(problem, pool.some(fold != fold[row]))
+    others = Interpolation(problem, pool.only(fold != fold[row]))
     np.testing.assert_allclose(start, others.designs(pool.tasks[[row]])[0], rtol=1e-6)
     given = problem.low + 0.4 * (problem.high - problem.low)
     np.testing.assert_array_equal(start_of(env, options={"design": given}), given)

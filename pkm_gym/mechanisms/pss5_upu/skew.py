@@ -10,6 +10,7 @@ import numpy as np
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.merit import write
 from pkm_gym.core.rows import Measured
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.clearances import ROD_RAIL, ROD_ROD, ROD_UPU, fill_clearances
 from pkm_gym.mechanisms.pss5_upu.conditioning import fill_rcond
@@ -204,6 +205,7 @@ class SkewProblem(BoxProblem):
 
     def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
         """Return the log objective and the limits node by node and limb by limb."""
+        TALLY.designs += len(designs)
         full = np.ascontiguousarray(self.complete(designs))
         n, out = len(full), self._set_out(full, tasks)
         means, found = self._means(out), self._ranges(out, SKEW_EXTREMES)

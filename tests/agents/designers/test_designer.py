@@ -177,8 +177,10 @@ def test_an_sb3_model_that_is_trusted_acts_as_itself(small, tmp_path):
     run, course = small("ppo", "environment.free=['lam_e','lam_l','gap']")
     model = make_model(run, course)
     path = str(tmp_path / "a.zip")
+    model.num_timesteps = 96
     model.save(path)
-    designer = load_model(path, trust=True, env_id="PKM/Diamond-v0")
+    designer, steps = load_model(path, trust=True, env_id="PKM/Diamond-v0")
+    assert steps == 96
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
     np.testing.assert_allclose(designer.policy(observations), expected, atol=1e-6)
