@@ -9,7 +9,6 @@ from __future__ import annotations
 import inspect
 import sys
 from importlib.metadata import version
-from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -229,8 +228,7 @@ def _refuse(sentence: str, code: int = USER_ERROR) -> NoReturn:
 
 
 def main() -> None:
-    """Run the command line; modules that a command names are looked for here as well."""
-    sys.path.append(str(Path.cwd()))
+    """Run the command line."""
     app(prog_name="pkm-gym")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -12,7 +11,7 @@ from pkm_gym.benchmark.record import TRACKS, Cost
 from pkm_gym.benchmark.session import Session
 from pkm_gym.benchmark.splits import closed_to
 from pkm_gym.benchmark.view import View
-from pkm_gym.core.names import check_known
+from pkm_gym.core.names import check_known, module_of_yours
 from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 
@@ -147,7 +146,7 @@ def find_method(name: str) -> Method:
     before = TALLY.designs
     try:
         with closed_to(name):
-            chosen = getattr(import_module(module), attribute, None)
+            chosen = getattr(module_of_yours(module), attribute, None)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise
