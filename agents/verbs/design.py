@@ -17,6 +17,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
 from pkm_gym.studies.cli.options import DesignFileOption, JsonOption, Name, PictureOption, SetOption
 from pkm_gym.studies.cli.tasks import task_folder
@@ -152,12 +153,14 @@ def _outside(task: Task) -> tuple[str, ...]:
 
 def _show(screen: Console, answered: AnsweredTask) -> None:
     problem, designs = answered.problem, answered.designs
-    heads = [f"{v.name} {v.unit}".rstrip() for v in problem.variables]
+    heads = [f"{v.name} {converted(0.0, v.unit)[1]}".rstrip() for v in problem.variables]
+    units = [v.unit for v in problem.variables]
     rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
     for i, design in enumerate(designs.designs[0]):
         feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
-        numbers = [f"{value:.6f}" for value in (*design, designs.merit[0, i])]
-        rows.add_row(f"{i + 1}", *numbers, feasible)
+        values = [converted(x, unit)[0] for x, unit in zip(design, units, strict=True)]
+        numbers = [f"{x:.4f}" if unit else f"{x:.6f}" for x, unit in zip(values, units, strict=True)]
+        rows.add_row(f"{i + 1}", *numbers, f"{designs.merit[0, i]:.6f}", feasible)
     screen.print(section("Its session"))
     screen.print(rows)
     screen.print(

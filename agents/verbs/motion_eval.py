@@ -135,8 +135,12 @@ def _show(scores: Scores, out: Path | None) -> None:
         )
     screen = console()
     screen.print(rows)
+    several = any(len(runs) > 1 for runs in scores.values())
     screen.print(
-        "reward: the mean; errors and force (of the limit): the worst of the runs", style=FAINT
+        "reward: the mean; errors and force (of the limit): the worst of the runs"
+        if several
+        else "one run each; reward: the mean over its steps; force: of the limit",
+        style=FAINT,
     )
     if out is not None:
         screen.print(f"picture: {out}")

@@ -16,6 +16,7 @@ from pkm_gym.core.options import Options
 from pkm_gym.core.rows import Index, Own, declared
 from pkm_gym.core.space import Space, searched_names
 from pkm_gym.core.task import Task, Variable
+from pkm_gym.core.units import converted, show, span
 
 SPACE = ("free", "fixed", "bounds")  # the arguments that choose what is searched
 SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
@@ -247,10 +248,12 @@ class Declaration:
         names = [free] if isinstance(free, str) else free
         words = [f"free {', '.join(names)}"] if names else []
         for name, (low, high) in self.family.get("bounds", {}).items():
-            words.append(f"{name} from {low:.4g} to {high:.4g} {units[name]}".rstrip())
-        values = {k: x for k, x in self.family.items() if k not in SPACE}
-        values |= self.family.get("fixed", {})
-        return "; ".join([*words, *(f"{name} = {value}" for name, value in values.items())])
+            unit = converted(0.0, units[name])[1]
+            words.append(f"{name} from {span(low, high, units[name])} {unit}".rstrip())
+        words += [f"{k} = {x}" for k, x in self.family.items() if k not in SPACE]
+        fixed = self.family.get("fixed", {})
+        words += [f"{name} = {show(value, units[name])}" for name, value in fixed.items()]
+        return "; ".join(words)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

@@ -259,8 +259,8 @@ def _changed_task(
         own = given.get(item.name, value)
         if not math.isclose(own, value, rel_tol=1e-6):
             raise ValueError(
-                f"task.{item.name} = {own:.6g} disagrees with {source}, which set it to "
-                f"{f'{value:.6g} {item.unit}'.rstrip()} ({item.doc}): leave one out"
+                f"task.{item.name} = {show(own, item.unit)} disagrees with {source}, which set it "
+                f"to {show(value, item.unit)} ({item.doc}): leave one out"
             )
     try:
         return problem.task.replace(**changes)
