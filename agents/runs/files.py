@@ -74,8 +74,10 @@ def read_pair(
         )
     try:
         return config, load(weights)
-    except SafetensorError as error:
-        raise ValueError(f"{str(path)!r} has no readable weights: {error}") from None
+    except SafetensorError:
+        raise ValueError(
+            f"{str(path.with_suffix(WEIGHTS))!r} holds no weights: it is no safetensors file"
+        ) from None
 
 
 def _config(path: Path, kind: str, needed: Iterable[str]) -> dict[str, Any]:

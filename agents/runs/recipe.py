@@ -12,6 +12,7 @@ from typing import Any
 
 from pkm_gym.agents.runs.schema import ALGORITHM, POLICY, check_settings
 from pkm_gym.agents.sb3.network import ACTIVATIONS
+from pkm_gym.core.files import read_toml
 from pkm_gym.core.names import check_known, imported, unknown
 
 LEARNERS = {
@@ -121,10 +122,7 @@ def _content(algorithm: str, file: Path | None) -> dict[str, Any]:
     if file is None:
         text = files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml").read_text("utf-8")
         return tomllib.loads(text)
-    try:
-        return tomllib.loads(file.read_text("utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{str(file)!r} is no TOML file: {error}") from None
+    return read_toml(file, "recipe")
 
 
 def _merge(into: dict[str, Any], block: Mapping[str, Any]) -> None:

@@ -159,7 +159,9 @@ def _show(screen: Console, answered: AnsweredTask) -> None:
     for i, design in enumerate(designs.designs[0]):
         feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
         values = [converted(x, unit)[0] for x, unit in zip(design, units, strict=True)]
-        numbers = [f"{x:.4f}" if unit else f"{x:.6f}" for x, unit in zip(values, units, strict=True)]
+        numbers = [
+            f"{x:.4f}" if unit else f"{x:.6f}" for x, unit in zip(values, units, strict=True)
+        ]
         rows.add_row(f"{i + 1}", *numbers, f"{designs.merit[0, i]:.6f}", feasible)
     screen.print(section("Its session"))
     screen.print(rows)

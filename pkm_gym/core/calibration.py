@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from math import isfinite
 from typing import Any
+
+from pkm_gym.core.files import read_toml
 
 FILE = "calibration.toml"
 
@@ -35,11 +36,9 @@ def calibration(package: str, problem: str) -> Mapping[str, Any]:
         return {}
     again = f"make it again with `pkm-gym calibrate {problem}`"
     try:
-        found: Mapping[str, Any] = tomllib.loads(source.read_text(encoding="utf-8")).get(
-            problem, {}
-        )
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{source} is no TOML ({error}): {again}") from None
+        found: Mapping[str, Any] = read_toml(source, "calibration").get(problem, {})
+    except ValueError as error:
+        raise ValueError(f"{error}; {again}") from None
     for numbers in (found, *found.get("objectives", {}).values()):
         for name in ("penalty_weight", "worst", "scale"):
             value = numbers.get(name, 1.0)

@@ -71,6 +71,8 @@ class Declaration:
         version: raised by whatever changes the numbers.
         penalty_weight: w of the merit, more than the constraints' multipliers; from the calibration
             if not given.
+        products: what a task may be given in place of a ratio of it: the product of that field and
+            another, in the other's unit: {"h": ("h_ratio", "b")}.
         dimensions: names of derived dimensions, attributes of the mechanism, that can be given in
             place of variables.
         reference: file of the paper's numbers in the package; it may be missing.
@@ -106,6 +108,7 @@ class Declaration:
     version: int = 1
     penalty_weight: float = nan
     dimensions: Sequence[str] = ()
+    products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     reference: str = "paper.toml"
     environment: str = ""
     evaluations: int = 12

@@ -1,14 +1,18 @@
-"""Files that appear whole or not at all, and files that grow by whole lines."""
+"""Files that appear whole or not at all, files that grow by whole lines, and TOML."""
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import threading
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.resources.abc import Traversable
 from io import FileIO
 from pathlib import Path
+from typing import Any
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a disk, a quota, a limit
 PROBE = bytes(2**16)
@@ -33,14 +37,18 @@ def whole_file(path: Path) -> Iterator[Path]:
     except Exception as error:
         known = isinstance(error, OSError) and error.errno is not None
         failure = error if known else _full(part) or error
-        own = (None, part, str(part))
-        if isinstance(failure, OSError) and failure.errno is not None and failure.filename in own:
+        if isinstance(failure, OSError) and failure.errno is not None and _names(failure, part):
             failure.filename, failure.filename2 = str(path), None
         if failure is error:
             raise
         raise failure from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def _names(failure: OSError, part: Path) -> bool:
+    """Return whether an error names the temporary file, by whatever path, or none."""
+    return failure.filename is None or Path(os.fsdecode(failure.filename)).name == part.name
 
 
 def _full(part: Path) -> OSError | None:
@@ -92,3 +100,20 @@ def _cut_half_line(file: FileIO) -> None:
     if file.read(1) != b"\n":
         file.seek(0)
         file.truncate(file.readall().rfind(b"\n") + 1)
+
+
+def read_toml(path: Path | Traversable, what: str) -> dict[str, Any]:
+    """Return what a TOML file holds; ``what`` it should be is for the errors.
+
+    Raises:
+        ValueError: in one sentence that names the file, for what is no TOML.
+        OSError: where it can't be read.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        raise ValueError(f"{str(path)!r} is no {what}: it is no text") from None
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"at (line \d+, column \d+|end of document)", str(error))
+        where = f", see {place[1].replace('end of document', 'its end')}" if place else ""
+        raise ValueError(f"{str(path)!r} is no {what}: it is no TOML{where}") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.files import read_toml, whole_file
 from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import address, called
@@ -98,12 +97,9 @@ def read_design(path: Path, kind: type[DesignProblem]) -> DesignFile:
     Raises:
         ValueError: in one sentence that names the file, for what is no design of the problem.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{str(path)!r} is no design file: {error}") from None
-    if content is None:
+    if not path.is_file():
         raise ValueError(f"there is no design file {str(path)!r}: `pkm-gym polish` writes one")
+    content = read_toml(path, "design file")
     try:
         return _checked(path, content, kind)
     except (ValueError, TypeError) as error:  # a list in the place of a word can't be looked up

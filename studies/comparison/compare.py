@@ -141,9 +141,7 @@ def median(name: str, runs: Sequence[Row]) -> Row:
     middle = order[(len(runs) - 1) // 2]
     share = f"{feasible} of {len(runs)}"
     if middle.feasible != "yes":
-        return Row(
-            name, None, evaluations=middle.evaluations, feasible=share, runs=len(runs)
-        )
+        return Row(name, None, evaluations=middle.evaluations, feasible=share, runs=len(runs))
     return replace(middle, name=name, feasible=share, runs=len(runs))
 
 

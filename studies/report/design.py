@@ -172,7 +172,9 @@ def _numbers(screen: Console, report: Report) -> RenderableType:
         "task, beside defaults": changed,
     }
     blocks = [
-        Group(Text(title, style=FAINT), listing(values)) for title, values in parts.items() if values
+        Group(Text(title, style=FAINT), listing(values))
+        for title, values in parts.items()
+        if values
     ]
     abreast = Table.grid(padding=(0, 5))
     abreast.add_row(*blocks)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +12,7 @@ import typer
 from rich.progress import Progress, TaskID
 
 from pkm_gym.core.calibration import FILE
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.files import read_toml, whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import family_problem, problem_type
 from pkm_gym.studies.cli.options import Name
@@ -109,9 +108,9 @@ def keep(path: Path, name: str, calibrations: list[Calibration], command: str) -
         ValueError: for a file that is there and is no TOML.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{str(path)!r} is no TOML ({error}): move it away first") from None
+        content = read_toml(path, "calibration") if path.exists() else {}
+    except ValueError as error:
+        raise ValueError(f"{error}; move it away first") from None
     objectives: dict[str, Any] = {
         item.objective: {
             "worst": item.worst,

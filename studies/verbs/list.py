@@ -90,6 +90,13 @@ def _task(problem: DesignProblem) -> Any:
         drawn = span(v.low, v.high, v.unit) if v.drawn else ""
         allowed = span(v.legal_low, v.legal_high, v.unit)
         rows.add_row(v.name, *shown(v.default, v.unit), drawn, allowed, v.doc)
+    units = {v.name: v.unit for v in problem.task_variables}
+    usual = problem.task_type()
+    for name, (ratio, other) in problem.declared.products.items():
+        value, unit = shown(getattr(usual, ratio) * getattr(usual, other), units[other])
+        rows.add_row(
+            name, value, unit, "", "", f"{ratio} x {other}, given in its place", style=FAINT
+        )
     return rows
 
 

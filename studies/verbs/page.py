@@ -43,6 +43,8 @@ def command(
     if part_of:
         try:
             text = into(part_of.read_text(encoding="utf-8"), name)
+        except UnicodeDecodeError:
+            raise ValueError(f"{str(part_of)!r} is no page: it is no text") from None
         except ValueError as error:
             raise ValueError(f"{str(part_of)!r}: {error}") from None
         _write(part_of, text)

@@ -168,7 +168,9 @@ class CylinderSpr3(Spr3):
             "q_min": IndexMap(
                 "q", "m", "min", lengths.min(axis=-1), doc="shortest of the three legs"
             ),
-            "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1), doc="longest of the three legs"),
+            "q_max": IndexMap(
+                "q", "m", "max", lengths.max(axis=-1), doc="longest of the three legs"
+            ),
             "det": IndexMap("det", "", "min", local["det"], drawn=False),
             "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"], drawn=False),
         }

@@ -301,7 +301,10 @@ class Spr3(Mechanism):
                 "parasitic", "m", "max", local["parasitic"], doc="parasitic offset"
             ),
             "s_angle": IndexMap(
-                "s_angle", "rad", "max", local["s_angle"],
+                "s_angle",
+                "rad",
+                "max",
+                local["s_angle"],
                 doc="largest of the three S joints' angles, from the base's normal to the leg",
             ),
             "r_angle": IndexMap("r_angle", "rad", "min", local["r_angle"], drawn=False),

@@ -48,6 +48,7 @@ def explain_angles(named: Mapping[str, float]) -> str:
             )
     return ""
 
+
 DEAD_POINTS = {  # what they are at a pose
     "dead_A_short": "angle of OA to its dead line, cylinder AB short",
     "dead_A_long": "angle of OA to its dead line, cylinder AB long",
@@ -211,7 +212,10 @@ class Leg(Mechanism):
         lengths = self.inverse_kinematics(pose)
         maps = {
             "gap": IndexMap(
-                "gap", "m", "min", self.local_indices(pose)["gap"],
+                "gap",
+                "m",
+                "min",
+                self.local_indices(pose)["gap"],
                 doc="distance of the cylinders' axes",
             ),
             **{

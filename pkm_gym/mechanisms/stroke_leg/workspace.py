@@ -39,7 +39,10 @@ class StrokeLeg(Leg):
         return {
             "eta_P": IndexMap("eta", "", "mean", eta, doc="condition number of J"),
             "force": IndexMap(
-                "sigma_max", "", "max", force,
+                "sigma_max",
+                "",
+                "max",
+                force,
                 doc="largest force of the cylinders (norm) for a unit force on the foot",
             ),
             "eta_DL": IndexMap("eta", "", "min", eta, drawn=False),
@@ -91,15 +94,24 @@ class GaitLeg(Leg):
         vertical = self.cylinder_forces(pose, np.array([0.0, 1.0]))
         return {
             "thrust_rms": IndexMap(
-                "cylinder forces", "", "mean", np.linalg.norm(vertical, axis=-1),
+                "cylinder forces",
+                "",
+                "mean",
+                np.linalg.norm(vertical, axis=-1),
                 doc="cylinders' forces (norm) for a unit vertical force",
             ),
             "thrust": IndexMap(
-                "thrust", "", "max", self.largest_thrust(pose),
+                "thrust",
+                "",
+                "max",
+                self.largest_thrust(pose),
                 doc="largest force of a cylinder for a unit force within the cone",
             ),
             "rate": IndexMap(
-                "rate", "", "max", self.local_indices(pose)["rate"],
+                "rate",
+                "",
+                "max",
+                self.local_indices(pose)["rate"],
                 doc="largest speed of a piston for a unit speed of the foot",
             ),
             "theta_min": IndexMap(
