@@ -170,7 +170,10 @@ class SurrogateTraining:
             self._optimiser.load_state_dict(state["optimiser"])
         except (KeyError, RuntimeError, ValueError):
             raise ValueError(f"{str(path)!r} belongs to another recipe") from None
-        self._schedule.load_state_dict(state["schedule"])
+        own, kept = self._schedule.state_dict(), state["schedule"]
+        if kept["total_steps"] != own["total_steps"]:  # the run was lengthened
+            kept = {**kept, **{name: own[name] for name in ("total_steps", "_schedule_phases")}}
+        self._schedule.load_state_dict(kept)
         self._generator.set_state(state["generator"])
         self.done = state["done"]
         best: float = state["best"]

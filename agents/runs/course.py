@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.console import Console
 
 from pkm_gym.agents.designers.designer import Centre, Designer, Policy, Starts
 from pkm_gym.agents.designers.files import write_designer
@@ -26,6 +27,7 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.envs.vector import DesignVectorEnv
 from pkm_gym.mechanisms import family_problem, lasting
+from pkm_gym.studies.search.solving import Job, solve_rest
 
 if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
@@ -97,7 +99,13 @@ class DesignCourse:
 
 
 def design_course(
-    env_id: str, recipe: Recipe, folder: Path, *, pool: Path | None, validation: Path | None
+    env_id: str,
+    recipe: Recipe,
+    folder: Path,
+    *,
+    pool: Path | None,
+    validation: Path | None,
+    screen: Console | None = None,
 ) -> DesignCourse:
     """Return the course of a run; what they need beside its files is written to its folder.
 
@@ -109,6 +117,7 @@ def design_course(
             benchmark's training tasks, if they are needed.
         validation: file of solved tasks to be scored on; None: the benchmark's, or else tasks that
             are drawn and solved now.
+        screen: where it is told if tasks are solved, which takes minutes; nowhere if None.
 
     Raises:
         ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
@@ -126,16 +135,22 @@ def design_course(
     starts: Starts | None = None
     if recipe.starts == "interpolated":
         assert solved is not None
-        starts = Interpolation(problem, solved)
         arguments |= {"start": "pool", "pool": str(folder / POOL)}
-        if not (folder / POOL).exists():
-            with_starts(problem, solved).save(folder / POOL)
+        try:
+            starts = Interpolation(problem, solved)
+            if not (folder / POOL).exists():
+                with_starts(problem, solved).save(folder / POOL)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"{str(pool)!r} has {int(solved.solvable.sum())} solvable tasks, too few or too "
+                "alike to interpolate between: solve more, or --set starts=centre"
+            ) from None
     else:
         arguments["start"] = recipe.starts
     env = DesignEnv(**arguments)
     if validation is None and env.opening.family:
         validation = _split(problem, "val")
-    scored = _validation(env, folder, validation)
+    scored = _validation(env, folder, validation, screen or Console(quiet=True))
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
     own = starts or Centre(env.problem)
@@ -171,7 +186,7 @@ def _split(problem: DesignProblem, split: str) -> Path | None:
     return path if plain and path.exists() else None
 
 
-def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
+def _validation(env: DesignEnv, folder: Path, given: Path | None, screen: Console) -> Pool:
     """Return the tasks of the score: those given, or drawn and solved once for the folder."""
     file = given or folder / VALIDATION
     if file.exists() or given:
@@ -179,9 +194,16 @@ def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
     problem = env.problem
     if env.opening.family:
         tasks = problem.draw_tasks(VALIDATION_TASKS, np.random.default_rng(VALIDATION_SEED))
+        screen.print(
+            f"solving {len(tasks)} tasks to score the agent on, once: {file} keeps them",
+            soft_wrap=True,
+        )
+        part = file.with_name(file.name + ".part")
+        job = Job(problem, tasks, tasks[:0], VALIDATION_SEED, "pkm-gym train", part)
+        solutions = solve_rest(job, job.kept(), screen)
+        part.unlink(missing_ok=True)
     else:
-        tasks = problem.pack(None)[None]
-    solutions = solve_tasks(problem, tasks)
+        solutions = solve_tasks(problem, problem.pack(None)[None])
     pool = Pool.from_solutions(solutions, solutions.designs, problem, "pkm-gym train")
     pool.save(file)
     return pool

@@ -11,6 +11,7 @@ import typer
 
 from pkm_gym.agents.runs.environments import find_spec
 from pkm_gym.agents.runs.options import (
+    USUAL,
     AlgorithmOption,
     HyperparametersOption,
     ParamsOption,
@@ -30,7 +31,7 @@ from pkm_gym.studies.storage.studies import count_finished, fail_stale
 
 def command(
     env: Annotated[str, typer.Argument(metavar="ENV", help="Id of a design environment.")],
-    algo: AlgorithmOption = "ppo",
+    algo: AlgorithmOption = None,
     trials: TrialsOption = 20,
     steps: StepsOption = None,
     params: ParamsOption = None,
@@ -50,6 +51,7 @@ def command(
     those count. Stopped by Ctrl-C, the same command goes on.
     """
     torch.set_num_threads(1)  # more are slower for nets so small
+    algo = algo or USUAL
     spec = find_spec(env)
     folder = output or run_folder("agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
