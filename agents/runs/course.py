@@ -13,7 +13,7 @@ from rich.console import Console
 
 from pkm_gym.agents.designers.designer import Centre, Designer, Policy, Starts
 from pkm_gym.agents.designers.files import write_designer
-from pkm_gym.agents.runs.environments import find_spec
+from pkm_gym.agents.runs.environments import find_spec, is_motion
 from pkm_gym.agents.runs.files import Origin
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import POOL, VALIDATION
@@ -155,6 +155,24 @@ def design_course(
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
     own = starts or Centre(env.problem)
     return DesignCourse(arguments, env, own, solved, scored.tasks[kept], optima)
+
+
+def course_for(
+    env_id: str,
+    recipe: Recipe,
+    folder: Path,
+    *,
+    pool: Path | None,
+    validation: Path | None,
+    screen: Console | None = None,
+) -> Any:
+    """Return the course of a run, of a design or of a motion environment; see both."""
+    spec = find_spec(env_id, motion=True)
+    if is_motion(spec):
+        from pkm_gym.agents.sb3.motion import motion_course
+
+        return motion_course(spec, recipe, pool=pool, validation=validation)
+    return design_course(spec.id, recipe, folder, pool=pool, validation=validation, screen=screen)
 
 
 def with_starts(problem: DesignProblem, pool: Pool) -> Pool:

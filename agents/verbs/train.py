@@ -19,8 +19,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pkm_gym.agents.runs.course import design_course
-from pkm_gym.agents.runs.environments import find_spec, is_motion
+from pkm_gym.agents.runs.course import course_for
+from pkm_gym.agents.runs.environments import find_spec, find_trained
 from pkm_gym.agents.runs.options import (
     USUAL,
     AlgorithmOption,
@@ -30,9 +30,8 @@ from pkm_gym.agents.runs.options import (
     StepsOption,
     ValidationOption,
 )
-from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS, read_recipe, resumed_recipe
+from pkm_gym.agents.runs.recipe import read_recipe, resumed_recipe
 from pkm_gym.agents.runs.run import BEST, RUN, Run, threads_that_tell
-from pkm_gym.agents.sb3.motion import motion_course
 from pkm_gym.studies.cli.options import output_option
 from pkm_gym.studies.cli.runs import if_full, own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
@@ -103,8 +102,7 @@ def command(
     else:
         assert spec is not None
         algo = algo or USUAL
-        if is_motion(spec) and algo in set(ALGORITHMS) - set(LEARNERS):
-            raise ValueError(f"{spec.id} is trained by one of {', '.join(LEARNERS)}, not by {algo}")
+        find_trained(spec.id, algo)
         recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
         run = Run(spec.id, algo, seed or 0, recipe, pool, validation, folder, own_command())
     screen = console()
@@ -119,15 +117,9 @@ def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[fl
     """Return the best score, and what it was measured on."""
     if not resume:
         run.write()
-    spec = find_spec(run.env_id, motion=True)
-    course: Course[Any]
-    if is_motion(spec):
-        course = motion_course(spec, run.recipe, pool=run.pool, validation=run.validation)
-    else:
-        course = design_course(
-            spec.id, run.recipe, run.folder, pool=run.pool, validation=run.validation,
-            screen=screen,
-        )  # fmt: skip
+    course: Course[Any] = course_for(
+        run.env_id, run.recipe, run.folder, pool=run.pool, validation=run.validation, screen=screen
+    )
     if resume:
         run.state()  # it may be longer now
     import torch
