@@ -103,7 +103,8 @@ class Run:
                 continue
             if name != growing:
                 raise ValueError(
-                    f"{str(self.folder)!r} holds a run of another {name}: {there} there, {here} here"
+                    f"{str(self.folder)!r} holds a run of another {name}: {there} there, "
+                    f"{here} here"
                 )
             if here is None or there is None or here < there:
                 raise ValueError(

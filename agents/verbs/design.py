@@ -19,7 +19,14 @@ from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
-from pkm_gym.studies.cli.options import DesignFileOption, JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.options import (
+    DesignFileOption,
+    JsonOption,
+    Name,
+    ObjectiveOption,
+    PictureOption,
+    SetOption,
+)
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
 from pkm_gym.studies.report.answer import hand_over
@@ -70,6 +77,7 @@ class AnsweredTask:
 def command(
     name: Name,
     set_: SetOption = None,
+    objective: ObjectiveOption = None,
     design: DesignFileOption = None,
     budget: Annotated[
         int | None,
@@ -97,7 +105,7 @@ def command(
 
     Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
     """
-    problem = problem_from(name, set_, file=design, family=True)
+    problem = problem_from(name, set_, objective=objective, file=design, family=True)
     designer = load_designer(model) if model else designer_for(problem)
     if designer.problem.hash() != problem.hash():
         raise ValueError(f"{model!r} is a designer of another problem than {name} as it is set")

@@ -119,7 +119,7 @@ def test_what_is_no_run_is_not_resumed(refused):
     assert "'damaged/run.json' is damaged" in refused("train", "damaged", "--resume")
 
 
-def test_what_a_score_is_measured_on_is_told_before_it_is_solved(run, monkeypatch):
+def test_what_a_score_is_measured_on_is_told_before_it_is_solved(run, refused, monkeypatch):
     monkeypatch.setattr(course, "VALIDATION_TASKS", 2)
     words = ("train", "PKM/DiamondFamily-v0", "--steps", 96, "-o", "c")
     recipe = ("envs=2", "starts=centre", "environment.objective=condition",
@@ -130,6 +130,16 @@ def test_what_a_score_is_measured_on_is_told_before_it_is_solved(run, monkeypatc
         result.stdout.replace("\n", " ")
     )
     assert not list(Path("c").glob("*.part"))
+    assert "its objective is condition): score it on solved tasks of its own" in refused(
+        "agent-eval", "c"
+    )
+    scored = run("agent-eval", "c", "--tasks", "c/validation.npz")
+    assert scored.exit_code == 0, scored.stderr
+    best = json.loads(Path("c/best.json").read_text())["origin"]["score"]
+    assert re.search(rf"^c +2 +{best:.4f} ", scored.stdout, re.MULTILINE)
+    assert "objective condition" in scored.stdout
+    designed = run("design", "diamond", "--model", "c", "--objective", "condition", "--json")
+    assert json.loads(designed.stdout)["objective"] == ["condition"]
 
 
 def test_an_unknown_environment_is_refused(refused):
