@@ -15,6 +15,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pkm_gym.core.names import imported, unknown
+from pkm_gym.usage import usage
 
 STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
 
@@ -150,7 +151,7 @@ class Door(TyperGroup):
         except Exception as error:
             if not hasattr(error, "format_message"):
                 raise
-            _refuse(_usage(error))
+            _refuse(usage(error))
         if code == INTERRUPTED:
             print("pkm-gym: interrupted", file=sys.stderr)
         sys.exit(code if isinstance(code, int) else 0)
@@ -213,13 +214,6 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
-
-
-def _usage(error: Any) -> str:
-    """Return the sentence of an error in the arguments, and where help is."""
-    context = getattr(error, "ctx", None)
-    message = str(error.format_message()).rstrip(".")
-    return f"{message}; see {context.command_path} --help" if context else message
 
 
 def _refuse(sentence: str, code: int = USER_ERROR) -> NoReturn:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -14,11 +14,14 @@ import numpy as np
 from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.benchmark.record import Cost, EvaluationLog
 from pkm_gym.benchmark.run import setting
+from pkm_gym.benchmark.scoring import score
 from pkm_gym.benchmark.splits import load_split
+from pkm_gym.core.pool import Pool
 from pkm_gym.core.tally import TALLY
 from pkm_gym.mechanisms import lasting
 
 SCORED = ("val", "ood", "test")
+AT = (1, 4, 8, 12, 24)  # evaluations whose median regret is told
 
 
 class Agent(NamedTuple):
@@ -57,8 +60,10 @@ def record(
     logs = []
     for seed, (designer, steps, pool) in enumerate(agents):
         if designer.problem.hash() != problem.hash():
+            first = designer.problem.objectives[0].name
             raise ValueError(
-                f"agent {seed + 1} designs for another problem than {problem.name}'s split"
+                f"agent {seed + 1} designs for another problem than {problem.name}'s splits (its "
+                f"objective is {first}): score it on solved tasks of its own, with --tasks FILE.npz"
             )
         own = setting(
             name, split, "designer", seed=seed, evaluations=designer.rules.budget, folder=folder
@@ -84,3 +89,40 @@ def record(
             )
         )
     return logs
+
+
+@dataclass(frozen=True)
+class PoolScore:
+    """How good a designer is on solved tasks.
+
+    Attributes:
+        tasks: how many of them are solvable.
+        score: the benchmark's, over its whole budget or the first 12 evaluations.
+        medians: evaluations -> the median regret after so many, infinite where most find nothing.
+        feasible: the share of the tasks for which it finds a feasible design.
+    """
+
+    tasks: int
+    score: float
+    medians: Mapping[int, float]
+    feasible: float
+
+
+def score_on(designer: Designer, pool: Pool) -> PoolScore:
+    """Return how good a designer is on solved tasks of its own problem.
+
+    Raises:
+        ValueError: where none of them can be solved.
+    """
+    rows = np.flatnonzero(pool.solvable)
+    if len(rows) == 0:
+        raise ValueError("none of the tasks can be solved: there is nothing to be scored on")
+    optima = designer.problem.evaluate(pool.designs[rows], pool.tasks[rows]).log_merit
+    regrets = designer.design(pool.tasks[rows]).regrets(optima)
+    medians = np.quantile(regrets, 0.5, axis=0, method="higher")
+    return PoolScore(
+        len(rows),
+        score(regrets),
+        {k: float(medians[k - 1]) for k in AT if k <= len(medians)},
+        float(np.isfinite(regrets[:, -1]).mean()),
+    )

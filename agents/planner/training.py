@@ -170,7 +170,10 @@ class SurrogateTraining:
             check_finite(state["net"], "net")
             self._net.load_state_dict(state["net"])
             self._optimiser.load_state_dict(state["optimiser"])
-            self._schedule.load_state_dict(state["schedule"])
+            own, kept = self._schedule.state_dict(), state["schedule"]
+            if kept["total_steps"] != own["total_steps"]:  # the run was lengthened
+                kept = {**kept, **{name: own[name] for name in ("total_steps", "_schedule_phases")}}
+            self._schedule.load_state_dict(kept)
             self._generator.set_state(state["generator"])
             self.done = shaped(int, state["done"], "done")
             return best_score(state["best"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -128,6 +128,25 @@ def _recipe(algorithm: str, made: Any, settings: Mapping[str, Any]) -> Recipe:
     else:
         check_known(f"setting of {algorithm}", own, inspect.signature(made).parameters)
         made(**own)  # refuses illegal values
+    return Recipe(**merged)
+
+
+def resumed_recipe(
+    kept: Recipe, algorithm: str, env_id: str, *, file: Path | None, settings: Iterable[str],
+    steps: int | None,
+) -> Recipe:  # fmt: skip
+    """Return the recipe of a run with what is said of it now; all of it, where a file is given.
+
+    Raises:
+        ValueError: as ``read_recipe``.
+    """
+    if file is not None:
+        return read_recipe(algorithm, env_id, file=file, settings=settings, steps=steps)
+    merged = asdict(kept)
+    for setting in settings:
+        _merge(merged, _nested(setting))
+    if steps is not None:
+        merged["steps"] = steps
     return Recipe(**merged)
 
 

@@ -16,6 +16,7 @@ from pkm_gym.core.options import Options
 from pkm_gym.core.rows import Index, Own, declared
 from pkm_gym.core.space import Space, searched_names
 from pkm_gym.core.task import Task, Variable
+from pkm_gym.core.units import converted, show, span
 
 SPACE = ("free", "fixed", "bounds")  # the arguments that choose what is searched
 SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
@@ -70,6 +71,8 @@ class Declaration:
         version: raised by whatever changes the numbers.
         penalty_weight: w of the merit, more than the constraints' multipliers; from the calibration
             if not given.
+        products: what a task may be given in place of a ratio of it: the product of that field and
+            another, in the other's unit: {"h": ("h_ratio", "b")}.
         dimensions: names of derived dimensions, attributes of the mechanism, that can be given in
             place of variables.
         reference: file of the paper's numbers in the package; it may be missing.
@@ -109,6 +112,7 @@ class Declaration:
     version: int = 1
     penalty_weight: float = nan
     dimensions: Sequence[str] = ()
+    products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     reference: str = "paper.toml"
     environment: str = ""
     evaluations: int = 12
@@ -254,10 +258,12 @@ class Declaration:
         names = [free] if isinstance(free, str) else free
         words = [f"free {', '.join(names)}"] if names else []
         for name, (low, high) in self.family.get("bounds", {}).items():
-            words.append(f"{name} from {low:.4g} to {high:.4g} {units[name]}".rstrip())
-        values = {k: x for k, x in self.family.items() if k not in SPACE}
-        values |= self.family.get("fixed", {})
-        return "; ".join([*words, *(f"{name} = {value}" for name, value in values.items())])
+            unit = converted(0.0, units[name])[1]
+            words.append(f"{name} from {span(low, high, units[name])} {unit}".rstrip())
+        words += [f"{k} = {x}" for k, x in self.family.items() if k not in SPACE]
+        fixed = self.family.get("fixed", {})
+        words += [f"{name} = {show(value, units[name])}" for name, value in fixed.items()]
+        return "; ".join(words)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

@@ -70,14 +70,18 @@ def whole_file(path: Path) -> Iterator[Path]:
     except Exception as error:
         known = isinstance(error, OSError) and error.errno is not None
         failure = error if known else _full(part) or error
-        own = (None, part, str(part))
-        if isinstance(failure, OSError) and failure.errno is not None and failure.filename in own:
+        if isinstance(failure, OSError) and failure.errno is not None and _names(failure, part):
             failure.filename, failure.filename2 = str(path), None
         if failure is error:
             raise
         raise failure from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def _names(failure: OSError, part: Path) -> bool:
+    """Return whether an error names the temporary file, by whatever path, or none."""
+    return failure.filename is None or Path(os.fsdecode(failure.filename)).name == part.name
 
 
 def _full(part: Path) -> OSError | None:

@@ -29,7 +29,8 @@ class Link(NamedTuple):
 class IndexMap(NamedTuple):
     """A local index over poses; the design's index is its extreme or mean over the workspace.
 
-    ``drawn`` is False where the extreme may lie outside of what pictures show of the workspace.
+    ``drawn`` is False where the extreme may lie outside of what pictures show of the workspace;
+    ``doc`` says what it is at one pose, in a few words: a picture's title.
     """
 
     name: str
@@ -37,6 +38,7 @@ class IndexMap(NamedTuple):
     kind: Literal["max", "min", "mean"]
     values: FloatArray
     drawn: bool = True
+    doc: str = ""
 
     def worst(self) -> int | None:
         """Return where, among the flattened values, the extreme is; None for a mean."""

@@ -274,14 +274,16 @@ class PlanarMachine(Mechanism):
         """Return the maps of local indices."""
         larger, smaller = local["sigma_max"], local["sigma_min"]
         alpha, beta = (_angle(local[name]) for name in ("sin_alpha", "sin_beta"))
-        return {
-            "sigma_max": IndexMap("sigma_max", "", "max", larger),
-            "sigma_min": IndexMap("sigma_min", "", "min", smaller),
-            "condition": IndexMap("condition", "", "max", larger / smaller),
-            "alpha_min": IndexMap("alpha", "rad", "min", alpha),
-            "beta_min": IndexMap("beta", "rad", "min", beta),
-            "sin_alpha": IndexMap("sin_alpha", "", "min", local["sin_alpha"]),
+        sine, condition = local["sin_alpha"], larger / smaller
+        maps = {
+            "sigma_max": ("larger singular value of l1 J", "sigma_max", "", "max", larger),
+            "sigma_min": ("smaller singular value of l1 J", "sigma_min", "", "min", smaller),
+            "condition": ("condition number of J", "condition", "", "max", condition),
+            "alpha_min": ("transmission angle between the rods", "alpha", "rad", "min", alpha),
+            "beta_min": ("smaller transmission angle at the elbows", "beta", "rad", "min", beta),
+            "sin_alpha": ("sin alpha", "sin_alpha", "", "min", sine),
         }
+        return {name: IndexMap(*said, doc=doc) for name, (doc, *said) in maps.items()}
 
     def explain_reach(self, broken: list[str]) -> list[str]:
         """Say in words by how much the limbs miss the workspace: reach_inner, reach_outer."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -81,8 +82,12 @@ def read_toml(path: Path | Traversable, what: str) -> dict[str, Any]:
         ValueError: in one sentence that names the file.
     """
     text = read_text(path, what)
-    with about(path, what):
+    try:
         return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"at (line \d+, column \d+|end of document)", str(error))
+        where = f", see {place[1].replace('end of document', 'its end')}" if place else ""
+        raise ValueError(f"{str(path)!r} is no {what}: it is no TOML{where}") from None
 
 
 def read_json(path: Path, what: str) -> Any:

@@ -182,7 +182,8 @@ def searched_names(every: Sequence[Variable], free: Iterable[str] | None) -> set
     if free is None:
         return {variable.name for variable in every if variable.searched}
     names = [variable.name for variable in every]
-    chosen = (free,) if isinstance(free, str) else tuple(free)
+    one = isinstance(free, str) or not isinstance(free, Iterable)
+    chosen = (free,) if one else tuple(free)
     if chosen == (ALL,):
         return set(names)
     check_known("variable", chosen, names)

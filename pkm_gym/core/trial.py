@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted, show
 
 if TYPE_CHECKING:
     from pkm_gym.core.declaration import Objective
@@ -41,15 +42,40 @@ def penalised(values: FloatArray, constraints: FloatArray, objective: Objective)
 
 
 def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
-    """Return the user attributes of the trial of design i: indices, feasible, log merit."""
+    """Return the user attributes of the trial of design i, as people read them.
+
+    The indices, named with their units ("alpha_min [deg]"); feasible; log merit; and, where some
+    variables have units, the design in words, since a trial's parameters are plain SI.
+    """
+    problem = evaluation.problem
     attributes: dict[str, Any] = {
-        name: float(values[i])
+        attribute_name(name, problem.unit(name)): converted(float(values[i]), problem.unit(name))[0]
         for name, values in evaluation.indices.items()
         if np.isfinite(values[i])
     }
     attributes["feasible"] = bool(evaluation.feasible[i])
     attributes["log_merit"] = float(evaluation.log_merit[i])
+    if any(v.unit for v in problem.variables):
+        values = zip(problem.variables, evaluation.designs[i].tolist(), strict=True)
+        attributes["design"] = ", ".join(f"{v.name} = {show(x, v.unit)}" for v, x in values)
     return attributes
+
+
+def attribute_name(name: str, unit: str) -> str:
+    """Return the name of the user attribute that holds an index of this SI unit."""
+    read = converted(0.0, unit)[1]
+    return f"{name} [{read}]" if read else name
+
+
+def told_objective(attributes: Mapping[str, Any], objective: Objective) -> float | None:
+    """Return an objective in SI from the user attributes of a trial, None where they lack it.
+
+    An undefined one is NaN.
+    """
+    name = attribute_name(objective.name, objective.unit)
+    if objective.unit and objective.name in attributes:  # of an older version, without the unit
+        return None
+    return float(attributes.get(name, np.nan)) / converted(1.0, objective.unit)[0]
 
 
 def record(trial: Any, evaluation: Evaluation, i: int) -> None:

@@ -143,14 +143,13 @@ def random_designs(problem: DesignProblem, n: int, seed: int) -> FloatArray:
 
 def _row(twin: Twin, errors: Errors) -> Row:
     at = int(np.argmax(errors.values))
-    pose = zip(twin.mechanism.pose_names, errors.poses[at], strict=True)
     return Row(
         twin.mechanism.twin_module.split(".")[-2],
         errors.quantity,
         float(errors.values[at]),
         errors.limit,
         errors.unit,
-        ", ".join(f"{name} {round(value, 9) + 0.0:.3g}" for name, value in pose),
+        twin.mechanism.place(errors.poses[at]),
         str(twin.module.SOLVER),
     )
 

@@ -97,7 +97,7 @@ def read_design(path: Path, kind: type[DesignProblem]) -> DesignFile:
     Raises:
         ValueError: in one sentence that names the file, for what is no design of the problem.
     """
-    if not path.exists():
+    if not path.is_file():
         raise ValueError(f"there is no design file {str(path)!r}: `pkm-gym polish` writes one")
     content = read_toml(path, "design file")
     try:

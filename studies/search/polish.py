@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from optuna import load_study
+from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
@@ -11,15 +14,16 @@ from pkm_gym.core.reference import SAME
 from pkm_gym.core.solve import polish as polish_designs
 from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.report.rows import Row, optimum_row, recorded_optimum
+from pkm_gym.studies.report.rows import (
+    SOLVED,
+    UNCERTAIN,
+    Row,
+    in_full,
+    optimum_row,
+    recorded_optimum,
+)
 from pkm_gym.studies.storage.storages import exists, open_storage, study_names
 from pkm_gym.studies.storage.studies import count_finished, designs_of, stands_for
-
-SOLVED, UNCERTAIN = "solved optimum", "uncertain optimum"
-ORIGINS = {
-    SOLVED: "solved now, by two seeds that agree",
-    UNCERTAIN: "solved now, by seeds that disagree",
-}
 
 
 def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
@@ -32,6 +36,7 @@ def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
     return problem.evaluate(polished[best : best + 1])
 
 
+@lru_cache(maxsize=4)
 def verified_optimum(problem: DesignProblem) -> Row | None:
     """Return the verified optimum of the problem and its task, or None where nothing is feasible.
 
@@ -47,6 +52,12 @@ def verified_optimum(problem: DesignProblem) -> Row | None:
     name = SOLVED if solved.certified[0] else UNCERTAIN
     design = problem.named(solved.designs[0])
     return Row(name, float(solved.optima[0]), design, regret=0.0, feasible="yes")
+
+
+def told_optimum(screen: Console, problem: DesignProblem) -> Row | None:
+    """Return the verified optimum; the screen tells while it is solved."""
+    with screen.status(f"solving the task of {problem.name} for its optimum"):
+        return verified_optimum(problem)
 
 
 def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
@@ -80,8 +91,6 @@ def judged(polished: Row, optimum: Row | None) -> str:
         return f"not compared with the recorded optimum: {optimum.note}"
     if polished.feasible != "yes":
         return "no feasible design lies near the start"
-    origin = ORIGINS.get(optimum.name, "recorded")
     if abs(polished.regret) <= SAME:
-        return f"agrees with the verified optimum ({origin})"
-    behind = f"{100 * polished.regret:.3g} % behind it"
-    return f"another optimum than the verified one ({origin}), {behind}"
+        return f"agrees with the {in_full(optimum)}"
+    return f"{100 * polished.regret:.3g} % behind the {in_full(optimum)}"

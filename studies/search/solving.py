@@ -111,7 +111,7 @@ def solve(job: Job, screen: Console) -> Solutions:
         with if_full(
             f"what is solved is kept in {job.part}, and the same command goes on", job.part
         ):
-            solved = _solve_rest(job, solved, screen)
+            solved = solve_rest(job, solved, screen)
     except KeyboardInterrupt:
         screen.print(
             f"what is solved is kept in {job.part}: the same command goes on from there"
@@ -131,7 +131,8 @@ def solve(job: Job, screen: Console) -> Solutions:
     return solved
 
 
-def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
+def solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
+    """Solve what an earlier run hasn't, chunk after chunk, and keep each; a bar tells how far."""
     with counter(screen, "tasks") as bar:
         done = len(solved.tasks) if solved else 0
         line = bar.add_task("solving", total=len(job.tasks), completed=done)

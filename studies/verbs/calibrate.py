@@ -67,7 +67,10 @@ def command(
                     progress=partial(_advance, bar, line),
                 )
             )
-    rows = table("objective", "scale", "goes with", "within", "worst", "multiplier")
+    rows = table(
+        "objective", "scale", "goes with", "within", "worst", "multiplier",
+        numbers=["scale", "worst", "multiplier"],
+    )  # fmt: skip
     for item in calibrations:
         powers = " ".join(
             [f"{field}^{power:g}" for field, power in item.powers.items()]

@@ -22,6 +22,7 @@ from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
 from pkm_gym.studies.report.rows import rich_table
+from pkm_gym.studies.search.polish import told_optimum
 
 
 def command(
@@ -53,6 +54,7 @@ def command(
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     check_memory("--evaluations", evaluations, TRIAL)
     screen = console()
+    told_optimum(screen, problem)
     with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(
             problem,

@@ -32,6 +32,7 @@ from pkm_gym.studies.grid.grid import (
     grid_study_name,
 )
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.storage.storages import default_storage
 
 
@@ -76,7 +77,8 @@ def command(
     feasible = int(evaluation.feasible.sum())
     screen.print(grid_line(evaluation, step))
     best = problem.evaluate(evaluation.designs[evaluation.best()][None])
-    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step))))
+    optimum = told_optimum(screen, problem)
+    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step), optimum)))
     if not feasible:
         screen.print("no design of the grid is feasible, so none is logged", style=BAD)
     else:

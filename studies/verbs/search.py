@@ -28,6 +28,7 @@ from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
 
@@ -112,7 +113,8 @@ def show(screen: Console, result: SearchResult) -> None:
     """Print what a search found beside the paper's numbers, and where it is."""
     best, study = result.best, result.study
     problem = best.problem
-    rows = rows_beside_paper(best, f"best, trial {result.trial}")
+    optimum = told_optimum(screen, problem)
+    rows = rows_beside_paper(best, f"best, trial {result.trial}", optimum)
     screen.print(rich_table(problem, rows))
     if not best.feasible[0]:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)

@@ -62,8 +62,8 @@ def test_without_one_nothing_is_said(package: Any, said: dict[str, Any]) -> None
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("[slider", "is no calibration: Expected"),
-        ("slider = 1 = 2", "is no calibration: Expected"),
+        ("[slider", "is no calibration: it is no TOML, see its end; make it again"),
+        ("slider = 1 = 2", "is no calibration: it is no TOML, see line 1, column 12; make it"),
         (
             "[slider]\npenalty_weight = nan",
             "is no calibration: slider.penalty_weight is nan: it must be a finite",
@@ -88,7 +88,7 @@ def test_without_one_nothing_is_said(package: Any, said: dict[str, Any]) -> None
 )
 def test_a_broken_file_is_refused_by_name(package: Any, content: str, sentence: str) -> None:
     name = package(content)
-    with pytest.raises(ValueError, match=rf"{name}.calibration\.toml' {sentence}") as refused:
+    with pytest.raises(ValueError, match=rf"{name}.calibration\.toml'? {sentence}") as refused:
         calibration(name, "slider")
     assert str(refused.value).endswith("make it again with `pkm-gym calibrate slider`")
     assert "\n" not in str(refused.value)

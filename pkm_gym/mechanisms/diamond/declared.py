@@ -144,6 +144,7 @@ DIAMOND = Declaration(
     ),
     penalty_weight=5.0,
     dimensions=("lam_H", "e", "l1", "l2", "H"),
+    products={"h": ("h_ratio", "b")},
     motion={},
 )
 

@@ -53,5 +53,6 @@ class Diamond(PlanarMachine):
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return torque, singular values, condition and transmission angles at poses (..., 2)."""
         local = self.local_indices(pose)
-        torque = IndexMap("tau", "N m/(m/s^2)", "max", local["tau"])
+        doc = "larger drive torque per unit of platform acceleration"
+        torque = IndexMap("tau", "N m/(m/s^2)", "max", local["tau"], doc=doc)
         return {"tau_G": torque, **self.limb_maps(local)}

@@ -33,6 +33,8 @@ from pkm_gym.mechanisms.spr3.words import legs
 
 LEVELS = 9  # leg lengths that are searched, from the shortest to the longest
 
+LCI = "local conditioning index"  # at a pose
+
 
 @dataclass(frozen=True, slots=True)
 class Spr3(Mechanism):
@@ -294,9 +296,17 @@ class Spr3(Mechanism):
         """
         local = self._local_within_reach(pose, jacobian)
         return {
-            "lci_min": IndexMap("lci", "", "min", local["lci"]),
-            "parasitic": IndexMap("parasitic", "m", "max", local["parasitic"]),
-            "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"]),
+            "lci_min": IndexMap("lci", "", "min", local["lci"], doc=LCI),
+            "parasitic": IndexMap(
+                "parasitic", "m", "max", local["parasitic"], doc="parasitic offset"
+            ),
+            "s_angle": IndexMap(
+                "s_angle",
+                "rad",
+                "max",
+                local["s_angle"],
+                doc="largest of the three S joints' angles, from the base's normal to the leg",
+            ),
             "r_angle": IndexMap("r_angle", "rad", "min", local["r_angle"], drawn=False),
             "det": IndexMap("det", "", "min", local["det"], drawn=False),
             "fold": IndexMap("fold", "", "min", local["fold"], drawn=False),
