@@ -74,7 +74,7 @@ class Run:
         try:
             kept = json.loads(file.read_text(encoding="utf-8"))
             recipe = Recipe(**kept["recipe"])
-            files = [kept[name] and Path(kept[name]) for name in ("pool", "validation")]
+            pool, validation = (kept[x] and Path(kept[x]) for x in ("pool", "validation"))
             words = [kept[name] for name in ("environment", "algorithm", "command")]
             seed = kept["seed"]
         except FileNotFoundError:
@@ -83,7 +83,7 @@ class Run:
             raise ValueError(f"{str(file)!r} is damaged: it states no run") from None
         if not (isinstance(seed, int) and all(isinstance(word, str) for word in words)):
             raise ValueError(f"{str(file)!r} is damaged: it states no run")
-        return cls(words[0], words[1], seed, recipe, *files, folder, words[2])
+        return cls(words[0], words[1], seed, recipe, pool, validation, folder, words[2])
 
     def lengthened(self, **asked: Any) -> Self:
         """Return this run with what is asked of it now, which may only be that it be longer.
