@@ -274,16 +274,17 @@ class PlanarMachine(Mechanism):
         """Return the maps of local indices."""
         larger, smaller = local["sigma_max"], local["sigma_min"]
         alpha, beta = (_angle(local[name]) for name in ("sin_alpha", "sin_beta"))
-        sine, condition = local["sin_alpha"], larger / smaller
-        maps = {
-            "sigma_max": ("larger singular value of l1 J", "sigma_max", "", "max", larger),
-            "sigma_min": ("smaller singular value of l1 J", "sigma_min", "", "min", smaller),
-            "condition": ("condition number of J", "condition", "", "max", condition),
-            "alpha_min": ("transmission angle between the rods", "alpha", "rad", "min", alpha),
-            "beta_min": ("smaller transmission angle at the elbows", "beta", "rad", "min", beta),
-            "sin_alpha": ("sin alpha", "sin_alpha", "", "min", sine),
+        condition, sine = larger / smaller, local["sin_alpha"]
+        one, two = "larger singular value of l1 J", "smaller singular value of l1 J"
+        rods, elbows = "between the rods", "at the elbows, the smaller one"
+        return {
+            "sigma_max": IndexMap("sigma_max", "", "max", larger, doc=one),
+            "sigma_min": IndexMap("sigma_min", "", "min", smaller, doc=two),
+            "condition": IndexMap("condition", "", "max", condition, doc="condition number of J"),
+            "alpha_min": IndexMap("alpha", "rad", "min", alpha, doc=f"transmission angle {rods}"),
+            "beta_min": IndexMap("beta", "rad", "min", beta, doc=f"transmission angle {elbows}"),
+            "sin_alpha": IndexMap("sin_alpha", "", "min", sine, doc="sin alpha"),
         }
-        return {name: IndexMap(*said, doc=doc) for name, (doc, *said) in maps.items()}
 
     def explain_reach(self, broken: list[str]) -> list[str]:
         """Say in words by how much the limbs miss the workspace: reach_inner, reach_outer."""

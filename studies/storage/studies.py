@@ -147,7 +147,7 @@ def _read(value: Any, unit: str) -> str:
     if value is None:
         return "none"
     if isinstance(value, list) and len(value) == 2:
-        return f"{span(*value, unit)} {converted(0.0, unit)[1]}".rstrip()
+        return f"{span(value[0], value[1], unit)} {converted(0.0, unit)[1]}".rstrip()
     return show(value, unit) if isinstance(value, float) else str(value)
 
 
