@@ -75,7 +75,9 @@ def test_a_polished_design_is_judged_by_its_distance(diamond):
     evaluation = diamond.evaluate(diamond.printed_design()[None])
     paper = row_of("paper", evaluation, 0, optimum)
     assert paper.regret == pytest.approx(paper.value / optimum.value - 1.0, abs=1e-7)
-    assert f"{100 * paper.regret:.3g} % behind the verified optimum (recorded)" in judged(paper, optimum)
+    assert f"{100 * paper.regret:.3g} % behind the verified optimum (recorded)" in judged(
+        paper, optimum
+    )
     best = row_of("best", polish(diamond, diamond.printed_design()[None]), 0, optimum)
     assert judged(best, optimum).startswith("agrees")
     broken = row_of("broken", diamond.evaluate(np.array([[0.2, 1.2, 0.7]])), 0, optimum)
