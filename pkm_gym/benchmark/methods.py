@@ -43,6 +43,7 @@ METHODS = {
     "interpolated": "pkm_gym.benchmark.transfer:interpolated",
     "interpolated+cobyqa": "pkm_gym.benchmark.transfer:interpolated_cobyqa",
     "interpolated+slsqp": "pkm_gym.benchmark.transfer:interpolated_slsqp",
+    "task-model": "pkm_gym.benchmark.task_model:task_model",
     "designer": "pkm_gym.agents.designers.opponents:designer",
     "neighbours+cmaes": "pkm_gym.studies.benchmark.opponents:neighbours_cmaes",
     "neighbours+tpe": "pkm_gym.studies.benchmark.opponents:neighbours_tpe",
