@@ -24,6 +24,8 @@ FIRST_RADIUS, LAST_RADIUS = 0.1, 1e-8
 
 DIFFERENCE = 1e-6  # of SLSQP's forward differences, a share of the range
 TOLERANCE = 1e-12  # of SLSQP, in log merit
+MARGIN = 1e-9  # by which SLSQP may be asked to keep limits
+MANY = 10**9  # iterations: the budget ends the search
 
 Minimise = Callable[["UnitCube", FloatArray], None]
 
@@ -126,6 +128,18 @@ def slsqp(_view: View, _training: None) -> Search:
 
 
 @method()
+def slsqp_margin(_view: View, _training: None) -> Search:
+    """Minimise with SLSQP, as above, every limit kept by a margin: where it ends is feasible."""
+    return restarted(slsqp_inside)
+
+
+@method()
+def cobyla(_view: View, _training: None) -> Search:
+    """Minimise with COBYLA, first from the centre of the box."""
+    return restarted(_cobyla)
+
+
+@method()
 def de(_view: View, _training: None) -> Search:
     """Minimise the merit by differential evolution with 4 members a variable."""
 
@@ -137,7 +151,7 @@ def de(_view: View, _training: None) -> Search:
                 cube.bounds,
                 popsize=4,
                 recombination=0.9,
-                maxiter=10**9,
+                maxiter=MANY,
                 tol=0.0,
                 polish=False,
                 rng=session.generator,
@@ -178,9 +192,27 @@ def _cobyqa(cube: UnitCube, point: FloatArray, radius: float = FIRST_RADIUS) -> 
     )
 
 
-def _slsqp(cube: UnitCube, point: FloatArray) -> None:
+def _cobyla(cube: UnitCube, point: FloatArray) -> None:
+    # "catol" is what SciPy's types don't know
+    options: Any = {"rhobeg": FIRST_RADIUS, "tol": LAST_RADIUS, "catol": 0.0, "maxiter": MANY}
+    minimize(
+        cube.objective,
+        point,
+        method="COBYLA",
+        bounds=cube.bounds,
+        constraints=NonlinearConstraint(cube.limits, -np.inf, 0.0),
+        options=options,
+    )
+
+
+def slsqp_inside(cube: UnitCube, point: FloatArray) -> None:
+    """Minimise once with SLSQP from a point (d,), every limit kept by a margin."""
+    _slsqp(cube, point, MARGIN)
+
+
+def _slsqp(cube: UnitCube, point: FloatArray, margin: float = 0.0) -> None:
     # In this form the limits are differentiated with the objective's step: at the same points.
-    kept: Any = {"type": "ineq", "fun": lambda point: -cube.limits(point)}
+    kept: Any = {"type": "ineq", "fun": lambda point: -cube.limits(point) - margin}
     minimize(
         cube.objective,
         point,

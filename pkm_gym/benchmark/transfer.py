@@ -5,7 +5,7 @@ from __future__ import annotations
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.methods import Search, method
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.benchmark.scratch import descend
+from pkm_gym.benchmark.scratch import UnitCube, descend, slsqp_inside
 from pkm_gym.benchmark.session import Session
 from pkm_gym.benchmark.training import Training
 from pkm_gym.benchmark.view import View
@@ -50,5 +50,18 @@ def interpolated_cobyqa(view: View, training: Training) -> Search:
         ladder.climb(session, RUNGS_BEFORE)
         for radius in RADII:
             descend(session, session.answer, radius)
+
+    return search
+
+
+@method(knowledge="transfer")
+def interpolated_slsqp(view: View, training: Training) -> Search:
+    """Climb a few rungs of the ladder, then go on with SLSQP from the best of them."""
+    ladder = Ladder(view, training)
+
+    def search(session: Session) -> None:
+        ladder.climb(session, RUNGS_BEFORE)
+        cube = UnitCube(session)
+        slsqp_inside(cube, cube.point(session.answer))
 
     return search

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from pkm_gym.benchmark.methods import METHODS, find_method
-from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend
+from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend, slsqp_inside
 from pkm_gym.benchmark.session import Session, Spent
 from pkm_gym.benchmark.view import View
 from pkm_gym.core import merit
 
 NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.benchmark.scratch:")]
-SEARCHES = ["cobyqa", "slsqp", "start+cobyqa", "de"]
+SEARCHES = ["cobyqa", "cobyla", "slsqp", "slsqp-margin", "start+cobyqa", "de"]
 BUDGET = 120
 TASKS = 3
 
@@ -96,12 +96,12 @@ def test_a_search_beats_chance_at_equal_evaluations(name, searched):
     assert reached(searched(name)) < reached(searched("random"))
 
 
-@pytest.mark.parametrize("name", ["cobyqa", "slsqp", "start+cobyqa"])
+@pytest.mark.parametrize("name", ["cobyqa", "cobyla", "slsqp", "slsqp-margin", "start+cobyqa"])
 def test_most_local_searches_find_a_feasible_design(name, searched):
     assert sum(session.feasible.any() for session in searched(name)) > TASKS / 2
 
 
-@pytest.mark.parametrize("name", ["cobyqa", "slsqp"])
+@pytest.mark.parametrize("name", ["cobyqa", "cobyla", "slsqp", "slsqp-margin"])
 def test_no_point_is_paid_for_twice(name, searched):
     for session in searched(name):
         assert len(np.unique(session.designs, axis=0)) == BUDGET
@@ -151,3 +151,16 @@ def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):
             offsets.append(told - problem.declared.penalty_weight * penalty - value)
     assert session.count == 500
     np.testing.assert_allclose(offsets, offsets[0], atol=1e-9)
+
+
+def test_with_a_margin_slsqp_ends_at_a_feasible_design(shipped):
+    problem, split = shipped
+    row = int(np.flatnonzero(split.solvable)[0])
+    session = Session(problem, split.tasks[row], budget=200)
+    cube, near = UnitCube(session), 0.99 * split.designs[row] + 0.01 * split.starts[row]
+    with suppress(Spent):
+        slsqp_inside(cube, cube.point(near))
+    active = split.active[row]
+    held = session.constraints[session.feasible][:, active]
+    assert session.feasible.any()
+    assert (held.max(initial=-1.0) <= 0.0) or not active.any()

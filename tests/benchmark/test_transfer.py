@@ -11,7 +11,13 @@ from pkm_gym.benchmark import Interpolation, Session, Spent, Training, View, loa
 from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.benchmark.transfer import RUNGS_BEFORE, interpolated, interpolated_cobyqa, neighbours
+from pkm_gym.benchmark.transfer import (
+    RUNGS_BEFORE,
+    interpolated,
+    interpolated_cobyqa,
+    interpolated_slsqp,
+    neighbours,
+)
 from pkm_gym.core.limit import Limit
 from pkm_gym.envs.observation import scaled_tasks
 
@@ -162,6 +168,16 @@ def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     # Fifty evaluations are few in a problem of many basins: they stay in the ladder's.
     share = 1.0 if problem.declared.coarse else 0.5 if problem.declared.searches == 2 else 0.7
     assert np.median(refined) < share * np.median(climbed)
+
+
+def test_slsqp_goes_on_where_the_ladder_ends(shipped, pool):
+    problem, split = shipped
+    further = interpolated_slsqp.prepare(View.of(problem), Training(problem, pool))
+    for row in np.flatnonzero(split.solvable)[:3].tolist():
+        climbed, _ = regret(problem, split, row, further, budget=RUNGS_BEFORE)
+        refined, count = regret(problem, split, row, further, budget=40)
+        assert count > RUNGS_BEFORE
+        assert refined <= climbed
 
 
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):
