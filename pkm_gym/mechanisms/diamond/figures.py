@@ -1,4 +1,4 @@
-"""The Diamond's figures: Figs 4-8 of the paper with our model, the machine, the cycle's torque."""
+"""The Diamond's figures: Figs 3-8 of the paper with our model, the machine, our cycle's torque."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.region import Region, reachable_region
 from pkm_gym.plots.pictures import Picture, machine_pictures
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from numpy.typing import ArrayLike
 
     from pkm_gym.core.problem import DesignProblem
     from pkm_gym.core.types import FloatArray
@@ -26,8 +29,34 @@ if TYPE_CHECKING:
 WIDTH = 7.2  # inches, a page's two columns
 WINDOW = (("lam_l", 1.2, 2.8), ("lam_H", 0.6, 2.4))  # of Figs 4-6
 INTERVALS = tuple((round(0.4 + 0.1 * k, 1), round(1.3 + 0.1 * k, 1)) for k in range(6))
-SCAN = np.round(np.arange(0.2, 0.7501, 0.025), 3)  # lam_e of Fig. 7
 BOUNDS = {"sigma_max": ("^", "upper bound active"), "sigma_min": ("v", "lower bound active")}
+CUT = ("o", "at the edge of our search box")
+
+PRINTED = tuple(REFERENCE.data["scan"]["lam_e"])  # lam_e of the four curves of Fig. 7
+SCAN = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
+
+
+def region(problem: DesignProblem, design: FloatArray | None = None) -> Figure:
+    """Draw the reachable region of Fig. 3 for a design (d,), the printed one if not given.
+
+    Raises:
+        ValueError: for a design that makes no machine or doesn't reach the workspace.
+    """
+    chosen = problem.printed_design() if design is None else np.asarray(design, dtype=float)
+    machine = problem.mechanism(chosen)
+    assert isinstance(machine, Diamond)
+    found = reachable_region(machine)
+    low, high = np.degrees(found.angles)
+    figure = plots.new_figure(WIDTH, 5.6)
+    plots.headline(
+        figure,
+        "Reachable region and workspace, as in Fig. 3 of the paper, our model",
+        f"{_ratios(problem, chosen)}; arms of the right limb from {low:.2f} to {high:.2f} deg; "
+        f"the top edge is {'tangent' if found.tangent else 'not tangent'} to the upper arcs",
+    )
+    axes = plots.panel(figure, (0.085, 0.085, 0.9, 0.81))
+    _draw_region(axes, machine, found)
+    return figure
 
 
 def torque_maps(problem: DesignProblem) -> Figure:
@@ -107,21 +136,22 @@ def wedge(problem: DesignProblem) -> Figure:
 
 def intervals(problem: DesignProblem) -> Figure:
     """Draw the least tau_G against lam_e for the six intervals of Fig. 7, and the active bound."""
-    figure = plots.new_figure(WIDTH, 3.5)
+    figure = plots.new_figure(WIDTH, 4.2)
     plots.headline(
         figure,
         f"Least {plots.symbol('tau_G')} against {plots.symbol('lam_e')}, "
         "as in Fig. 7 of the paper, our model",
-        "a line an interval of the singular values, ending where no design is feasible; "
-        "no mark: neither bound is active",
+        "a line an interval of the singular values, ending where no design is feasible; dotted: "
+        f"the four {plots.symbol('lam_e')} of the paper",
     )
-    for k, preset in enumerate(("printed", "uniform-arm")):
-        box = (0.075 + 0.5 * k, 0.13, 0.415, 0.66)
+    for k, preset in enumerate(("printed", "static")):
+        box = (0.075 + 0.5 * k, 0.105, 0.415, 0.71)
         axes = plots.panel(
             figure, box, x=plots.label("lam_e", ""), y=plots.label("tau_G", "N m/(m/s^2)"),
             title=f"inertia preset “{preset}”",
         )  # fmt: skip
         _draw_intervals(axes, problem, _solved(preset))
+    _explain_marks(axes)
     return figure
 
 
@@ -147,7 +177,7 @@ def cycle(problem: DesignProblem) -> Figure:
     figure = plots.new_figure(WIDTH, 3.2)
     plots.headline(
         figure,
-        "Drive torque over the pick-and-place cycle, printed design, full model",
+        "Drive torque over our pick-and-place cycle, printed design, full model",
         f"{1e3 * width:.0f} mm across, {1e3 * lift:.1f} mm up, {time:g} s, overlap {overlap:g}",
     )
     _draw_torque(figure, 1e3 * t, total[:, 0], {name: part[:, 0] for name, part in parts.items()})
@@ -158,15 +188,49 @@ def cycle(problem: DesignProblem) -> Figure:
 PICTURES = {
     "diamond": {
         **machine_pictures("diamond"),
+        "fig3_region": Picture("the reachable region and the workspace, as in Fig. 3", region),
         "fig4_torque": Picture("tau_G over the design space, as in Fig. 4", torque_maps),
         "fig5_6_sigma": Picture(
             "singular values over the design space, as in Figs 5, 6", sigma_maps
         ),
         "fig7_intervals": Picture("least tau_G against lam_e, as in Fig. 7", intervals),
         "fig8_wedge": Picture("the feasible wedge at the printed lam_e, as in Fig. 8", wedge),
-        "cycle": Picture("drive torque over the pick-and-place cycle", cycle),
+        "cycle": Picture("drive torque over our pick-and-place cycle", cycle),
     }
 }
+
+
+def _ratios(problem: DesignProblem, design: FloatArray) -> str:
+    """Return lam_e, lam_l and lam_H of a design in words."""
+    sizes = problem.sizes(problem.complete(design[None])[0])
+    return ", ".join(f"{plots.symbol(name)} = {value:.4g}" for name, value in sizes.items())
+
+
+def _draw_region(axes: Axes, machine: Diamond, found: Region) -> None:
+    """Draw the machine with its four arcs, the elbows that they are about, and what they touch."""
+    plots.draw_machine(axes, machine, poses=np.array([[0.0, -machine.H - 0.5 * machine.h]]))
+    faint = plots.STYLE["faint"]
+    names = ("B_1'", "B_2'", "B_1''", "B_2''"), ("P_1", "P_2", "Q_1", "Q_2")
+    for k, (elbow, arc, touching) in enumerate(
+        zip(1e3 * found.elbows, 1e3 * found.arcs, 1e3 * found.touching, strict=True)
+    ):
+        text = "about the elbows at their highest" if k < 2 else "about the elbows at their lowest"
+        axes.plot(
+            *arc.T, color=plots.STYLE["lines"][k // 2], linewidth=1.8, zorder=3.5,
+            label=f"arcs {text}" if k % 2 == 0 else None,
+        )  # fmt: skip
+        axes.plot(
+            *np.stack([elbow, touching]).T, color=faint, linewidth=0.8, linestyle="--", zorder=2.5
+        )
+        axes.plot(*elbow, marker="o", markersize=5, color="white", markeredgecolor=faint, zorder=5)
+        side = "left" if elbow[0] > 0.0 else "right"
+        away = 7 if side == "left" else -7
+        plots.remark(axes, f"${names[0][k]}$", tuple(elbow), dot=False, xytext=(away, 4), ha=side)
+        side, away = ("left", 6) if touching[0] > 0.0 else ("right", -6)
+        plots.remark(
+            axes, f"${names[1][k]}$", tuple(touching), xytext=(away, 5 if k < 2 else -11), ha=side
+        )
+    plots.legend(axes, loc="lower right")
 
 
 def _height(values: Mapping[str, float], name: str) -> float:
@@ -175,7 +239,7 @@ def _height(values: Mapping[str, float], name: str) -> float:
 
 
 def _best_on_grid(lam_e: float) -> Mapping[str, float]:
-    """Return the best feasible design of the paper's grid at one lam_e."""
+    """Return the best feasible design of the grid, its steps ours, at one lam_e."""
     problem = make_problem("diamond", fixed={"lam_e": lam_e})
     grid = problem.grid()
     assert grid is not None
@@ -198,7 +262,7 @@ def _map_panel(figure: Figure, k: int, count: int, title: str, y: str = "lam_H")
 
 
 def _solved(preset: str) -> list[Solutions]:
-    """Solve the six intervals at every lam_e of the scan."""
+    """Solve the six intervals at every lam_e of the scan, in the box of lam_l and gap."""
     solved = []
     for lam_e in SCAN.tolist():
         problem = make_problem("diamond", fixed={"lam_e": lam_e}, inertia=preset)
@@ -210,22 +274,42 @@ def _solved(preset: str) -> list[Solutions]:
 def _draw_intervals(axes: Axes, problem: DesignProblem, solved: list[Solutions]) -> None:
     optima = np.array([solution.optima for solution in solved])
     active = np.array([solution.active for solution in solved])
+    designs = np.array([solution.designs for solution in solved])  # lam_l, gap
+    at_edge = np.isclose(designs, problem.low[1:]) | np.isclose(designs, problem.high[1:])
+    cut = at_edge.any(axis=-1) & np.isfinite(optima)
+    for lam_e in PRINTED:
+        axes.axvline(lam_e, color=plots.STYLE["faint"], linewidth=0.8, linestyle=":", zorder=1)
     for j, (low, high) in enumerate(INTERVALS):
         color = plots.STYLE["lines"][j]
         axes.plot(SCAN, optima[:, j], color=color, linewidth=1.2, label=f"[{low:g}, {high:g}]")
-        for name, (marker, _) in BOUNDS.items():
-            at = active[:, j, problem.constraint_names.index(name)]
-            axes.plot(
-                SCAN[at],
-                optima[at, j],
-                linestyle="none",
-                marker=marker,
-                markersize=4.5,
-                color=color,
-            )
-    for marker, text in BOUNDS.values():
-        axes.plot([], [], linestyle="none", marker=marker, color=plots.STYLE["faint"], label=text)
+        marks = [
+            (marker, active[:, j, problem.constraint_names.index(name)])
+            for name, (marker, _) in BOUNDS.items()
+        ]
+        for marker, at in [*marks, (CUT[0], cut[:, j])]:
+            _draw_marks(axes, SCAN[at], optima[at, j], marker, color)
     plots.legend(axes, loc="upper right", title="interval")
+
+
+def _explain_marks(axes: Axes) -> None:
+    """Give the legend of the marks, in place of the curves'."""
+    handles = [
+        _draw_marks(axes, [], [], marker, plots.STYLE["faint"], label=text)
+        for marker, text in (*BOUNDS.values(), CUT)
+    ]
+    plots.legend(axes, loc="upper right", handles=handles)
+
+
+def _draw_marks(
+    axes: Axes, x: ArrayLike, y: ArrayLike, marker: str, color: str, label: str | None = None
+) -> Line2D:
+    """Draw marks of one kind; that of a cut curve is a ring about the others."""
+    ring = marker == CUT[0]
+    (line,) = axes.plot(
+        x, y, linestyle="none", marker=marker, markersize=9.0 if ring else 4.5, color=color,
+        fillstyle="none" if ring else "full", markeredgewidth=0.9, label=label,
+    )  # fmt: skip
+    return line
 
 
 def _draw_torque(
