@@ -8,8 +8,9 @@ import numpy as np
 
 from pkm_gym import plots
 from pkm_gym.core.solve import Solutions, solve_tasks
-from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms.diamond.cycle import driven
+from pkm_gym.mechanisms.diamond.findings import INTERVALS, WINDOW
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
 from pkm_gym.mechanisms.diamond.region import Region, reachable_region
@@ -27,12 +28,11 @@ if TYPE_CHECKING:
     from pkm_gym.core.types import FloatArray
 
 WIDTH = 7.2  # inches, a page's two columns
-WINDOW = (("lam_l", 1.2, 2.8), ("lam_H", 0.6, 2.4))  # of Figs 4-6
-INTERVALS = tuple((round(0.4 + 0.1 * k, 1), round(1.3 + 0.1 * k, 1)) for k in range(6))
+DRAWN = REFERENCE.data["scan"]  # what the paper draws
 BOUNDS = {"sigma_max": ("^", "upper bound active"), "sigma_min": ("v", "lower bound active")}
 CUT = ("o", "at the edge of our search box")
 
-PRINTED = tuple(REFERENCE.data["scan"]["lam_e"])  # lam_e of the four curves of Fig. 7
+PRINTED = tuple(DRAWN["lam_e"])  # lam_e of the four curves of Fig. 7
 SCAN = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
 
 
@@ -69,7 +69,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
         f"{plots.symbol('lam_l')}; grey: out of reach",
     )
     levels = np.round(np.arange(0.38, 0.541, 0.01), 2).tolist()
-    for k, lam_e in enumerate((0.2, 0.25, 0.3)):
+    for k, lam_e in enumerate(DRAWN["fig4"]):
         cut = plots.Slice.of(problem, *WINDOW, {"lam_e": lam_e}, columns=201, rows=201)
         axes = _map_panel(figure, k, 3, f"{plots.symbol('lam_e')} = {lam_e:g}")
         plots.draw_slice(axes, cut, "tau_G", levels=levels, bar=k == 2)
@@ -80,7 +80,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
 def sigma_maps(problem: DesignProblem) -> Figure:
     """Draw the extreme singular values over (lam_l, lam_H), with the bounds of Figs 5 and 6."""
     figure = plots.new_figure(WIDTH, 3.3)
-    lam_e = 0.3
+    lam_e = DRAWN["fig5_6"]
     plots.headline(
         figure,
         "Singular values over the design space, as in Figs 5 and 6 of the paper, our model",
@@ -90,7 +90,7 @@ def sigma_maps(problem: DesignProblem) -> Figure:
     upper = np.round(np.arange(1.2, 3.01, 0.1), 1).tolist()
     lower = np.round(np.arange(0.5, 1.01, 0.05), 2).tolist()
     for k, (index, levels, bounds) in enumerate(
-        (("sigma_max", upper, (1.4, 1.7, 2.0)), ("sigma_min", lower, (0.6, 0.7, 0.8)))
+        (("sigma_max", upper, DRAWN["b_u"]), ("sigma_min", lower, DRAWN["b_l"]))
     ):
         axes = _map_panel(figure, k, 2, f"{'largest' if k == 0 else 'smallest'} over the workspace")
         plots.draw_slice(axes, cut, index, levels=levels)
@@ -161,27 +161,16 @@ def cycle(problem: DesignProblem) -> Figure:
     machine = problem.mechanism(design)
     assert isinstance(machine, Diamond)
     width, lift, time, overlap = cycle_path(packed_task(problem.task))
-    t = np.linspace(0.0, time, 801)
-    states = np.array([pick_and_place(s, width, lift, time, overlap) for s in t.tolist()])
-    states[:, 1] -= machine.H + machine.h
-    pose, velocity, acceleration = states[:, :2], states[:, 2:4], states[:, 4:]
-    rest = np.zeros_like(velocity)
-    total = machine.inverse_dynamics(pose, velocity, acceleration)
-    gravity = machine.inverse_dynamics(pose, rest, rest)
-    parts = {
-        "inertia": machine.inverse_dynamics(pose, rest, acceleration) - gravity,
-        "velocity": machine.inverse_dynamics(pose, velocity, rest) - gravity,
-        "gravity": gravity,
-    }
-    rates = (machine.inverse_jacobian(pose) @ velocity[..., None])[..., 0]
+    found = driven(machine, problem.task)
     figure = plots.new_figure(WIDTH, 3.2)
     plots.headline(
         figure,
         "Drive torque over our pick-and-place cycle, printed design, full model",
         f"{1e3 * width:.0f} mm across, {1e3 * lift:.1f} mm up, {time:g} s, overlap {overlap:g}",
     )
-    _draw_torque(figure, 1e3 * t, total[:, 0], {name: part[:, 0] for name, part in parts.items()})
-    _draw_torque_speed(figure, rates, total)
+    parts = {name: part[:, 0] for name, part in found.parts.items()}
+    _draw_torque(figure, 1e3 * found.time, found.total[:, 0], parts)
+    _draw_torque_speed(figure, found.rates, found.total)
     return figure
 
 
