@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pkm_gym.core.planar import REACH_MARGIN, reach_margins
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.diamond.kinematics import arm_angle_range
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
@@ -42,7 +43,19 @@ TOUCH = 1e-9  # of a metre: rounding
 
 
 def reachable_region(machine: Diamond, samples: int = 201) -> Region:
-    """Return the region of a machine, each arc with so many points."""
+    """Return the region of a machine, each arc with so many points.
+
+    Raises:
+        ValueError: for a machine whose limbs don't reach the workspace, saying by how much.
+    """
+    margins = reach_margins(*machine.lengths, machine.H, machine.b, machine.h)
+    missed = [
+        name
+        for name, margin in zip(("reach_inner", "reach_outer"), margins, strict=True)
+        if margin < REACH_MARGIN
+    ]
+    if missed:
+        raise ValueError("no reachable region: " + "; ".join(machine.explain_reach(missed)))
     low, high = arm_angle_range(*machine.lengths, machine.H, machine.b, machine.h)
     swept = np.linspace(low, high, samples)
     arcs, elbows, touching = [], [], []
