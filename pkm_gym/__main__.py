@@ -28,7 +28,7 @@ VERBS = {
         f"{STUDIES}.study:command",
         "Do grid, search, polish and compare in one go.",
     ),
-    "grid": (f"{STUDIES}.grid:command", "Evaluate the paper's grid, or one of ours."),
+    "grid": (f"{STUDIES}.grid:command", "Evaluate a grid: the paper's, or ours."),
     "search": (f"{STUDIES}.search:command", "Search the design space with Optuna."),
     "polish": (f"{STUDIES}.polish:command", "Refine a design to the optimum near it."),
     "compare": (
@@ -56,7 +56,7 @@ VERBS = {
     ),
     "page": (f"{STUDIES}.page:command", "Make a problem's page from what is declared."),
     "picture": (f"{STUDIES}.picture:command", "Photograph a design with MuJoCo."),
-    "movie": (f"{STUDIES}.movie:command", "Film a design on the paper's path."),
+    "movie": (f"{STUDIES}.movie:command", "Film a design on its path."),
     "export": (f"{STUDIES}.export:command", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": (
         f"{STUDIES}.solve_tasks:command",

@@ -86,13 +86,13 @@ class FixedTasks(gym.Wrapper[Observation, Action, Observation, Action], RecordCo
         return result
 
 
-class PaperGrid(
+class DesignGrid(
     gym.ActionWrapper[Observation, np.int64, Action],
     RecordConstructorArgs,
 ):
     """Choose among the designs of a grid by number, for learners such as DQN.
 
-    It is ``problem.grid()``: over the paper's ranges, with steps of ours where it prints none.
+    It is ``problem.grid()``: the paper's values where it prints them, steps of ours elsewhere.
 
     Args:
         env: a design environment, made with ``action_mode="absolute"``.
@@ -102,21 +102,21 @@ class PaperGrid(
 
     Raises:
         TypeError: if ``env`` is no design environment.
-        ValueError: if its paper has no grid, none of it lies within the bounds, or its actions are
-            relative.
+        ValueError: if its problem has no grid, none of it lies within the bounds, or its actions
+            are relative.
     """
 
     def __init__(self, env: Env) -> None:
-        inner = design_env(env, "PaperGrid")
+        inner = design_env(env, "DesignGrid")
         problem, mode = inner.problem, inner.rules.action_mode
         designs = problem.grid()
         if designs is None:
-            raise ValueError(f"the paper of {problem.name} has no grid: PaperGrid needs one")
+            raise ValueError(f"{problem.name} has no grid of designs: DesignGrid needs one")
         if len(designs) == 0:
             raise ValueError(f"no design of the grid lies within the bounds of this {problem.name}")
         if mode != "absolute":
             raise ValueError(
-                f"action_mode is {mode!r}: PaperGrid needs an environment made with "
+                f"action_mode is {mode!r}: DesignGrid needs an environment made with "
                 "action_mode='absolute'"
             )
         RecordConstructorArgs.__init__(self)

@@ -43,7 +43,8 @@ def command(
         typer.Option(
             metavar="S",
             help="Evaluate our grid, this step in SI apart in every variable over its bounds, in "
-            "place of the paper's; where there is none, the step that each variable declares.",
+            "place of the problem's own grid; where it has none, the step that each variable "
+            "declares.",
             show_default=False,
         ),
     ] = None,
@@ -62,9 +63,9 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Evaluate the paper's grid in one call, write all of it to a file and log its best designs.
+    """Evaluate a grid in one call, write all of it to a file and log its best designs.
 
-    Where there is no such grid, or with --step, it is one of ours. The file is NetCDF:
+    It is the paper's where that prints one, else, or with --step, one of ours. The file is NetCDF:
     xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)

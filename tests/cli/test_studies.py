@@ -77,7 +77,7 @@ def test_search_refuses_in_one_sentence(run, refused, words, said):
 def test_grid_writes_the_atlas_and_names_it(run):
     result = run("grid", "diamond", "-o", "atlas.nc")
     assert result.exit_code == 0, result.output
-    assert "designs of the paper's grid" in result.output
+    assert "designs of our grid" in result.output
     assert "atlas: atlas.nc" in result.output
     assert Path("atlas.nc").exists()
 

@@ -15,7 +15,7 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import pkm_gym
-from pkm_gym.envs.wrappers import FixedTasks, PaperGrid
+from pkm_gym.envs.wrappers import DesignGrid, FixedTasks
 from pkm_gym.mechanisms import declaration
 
 GRIDS = [name for name in pkm_gym.problems() if pkm_gym.make_problem(name).grid() is not None]
@@ -37,9 +37,9 @@ def tasks(family_id, make, rng):
 
 
 @pytest.fixture(params=GRIDS)
-def grid(request) -> PaperGrid:
+def grid(request) -> DesignGrid:
     env_id = f"PKM/{declaration(request.param).environment}-v0"
-    return PaperGrid(made(env_id, action_mode="absolute"))
+    return DesignGrid(made(env_id, action_mode="absolute"))
 
 
 def test_tasks_come_in_order_whatever_the_seed_and_begin_again(family_id, tasks):
@@ -173,17 +173,17 @@ def test_the_grid_refuses_what_is_no_number_of_a_design(grid, action):
 
 
 def test_a_grid_that_cannot_be_is_refused():
-    with pytest.raises(ValueError, match="the paper of spr3 has no grid"):
-        PaperGrid(made("PKM/SPR3-v0", action_mode="absolute"))
-    with pytest.raises(ValueError, match="action_mode is 'relative': PaperGrid needs"):
-        PaperGrid(made("PKM/Diamond-v0"))
+    with pytest.raises(ValueError, match="spr3 has no grid of designs"):
+        DesignGrid(made("PKM/SPR3-v0", action_mode="absolute"))
+    with pytest.raises(ValueError, match="action_mode is 'relative': DesignGrid needs"):
+        DesignGrid(made("PKM/Diamond-v0"))
     between = {"lam_e": (0.30001, 0.30002)}
     nowhere = made("PKM/Diamond-v0", action_mode="absolute", bounds=between)
     with pytest.raises(ValueError, match="no design of the grid lies within the bounds"):
-        PaperGrid(nowhere)
+        DesignGrid(nowhere)
 
 
-@pytest.mark.parametrize("wrapper", [PaperGrid, lambda env: FixedTasks(env, [])])
+@pytest.mark.parametrize("wrapper", [DesignGrid, lambda env: FixedTasks(env, [])])
 def test_only_a_design_environment_is_wrapped(wrapper):
     with pytest.raises(TypeError, match=r"wraps a design environment, .* got CartPoleEnv"):
         wrapper(gym.make("CartPole-v1"))

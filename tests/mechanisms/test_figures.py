@@ -44,7 +44,7 @@ def test_each_figure_is_drawn(mechanism, name):
 
 def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     optima = model.reference.optima
-    monkeypatch.setattr(diamond, "SCAN", np.array([0.3, 0.6, 0.7]))
+    monkeypatch.setattr(diamond, "SCAN", np.array([0.2, 0.6, 0.7]))
     printed = diamond.intervals(model).axes[0]
     curves = {line.get_label(): line.get_ydata() for line in printed.lines}
     assert list(np.isfinite(curves["[0.6, 1.5]"])) == [True, True, False]
@@ -57,6 +57,25 @@ def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     lower = [line for line in printed.lines if line.get_marker() == "v" and len(line.get_xdata())]
     assert len(upper) == 6
     assert lower == []
+    rings = [line.get_xdata() for line in printed.lines if line.get_marker() == "o"]
+    cut = np.concatenate(rings)
+    assert len(cut) == 4  # the search box cuts the curves at their left end
+    assert set(cut) == {0.2}
+
+
+def test_the_region_is_drawn_for_any_design(model):
+    figure = diamond.region(model, np.array([0.3, 1.6, 0.65]))
+    axes = figure.axes[0]
+    words = {text.get_text() for text in axes.texts}
+    assert {"$P_1$", "$P_2$", "$Q_1$", "$Q_2$", "$B_1'$", "$B_2''$"} <= words
+    assert "1.25" in figure.texts[1].get_text()
+    for design, said in (
+        ([0.3, 1.6], "design"),
+        ([0.6, 2.56, -0.3], "top edge comes .* too near to a drive"),
+        ([0.6, 1.2, 1.5], "beyond the limb"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            diamond.region(model, np.array(design))
 
 
 def test_the_wedge_marks_the_printed_design_and_the_apex(model):

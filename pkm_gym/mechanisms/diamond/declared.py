@@ -141,6 +141,8 @@ DIAMOND = Declaration(
         Objective("tau_peak", "minimise", worst=1e5),
         Objective("tau_rms", "minimise", worst=1e5),
         Objective("condition", "minimise", worst=20.0),
+        Objective("sigma_min", "maximise", worst=0.05),
+        Objective("sigma_max", "minimise", worst=5.0),
     ),
     penalty_weight=5.0,
     dimensions=("lam_H", "e", "l1", "l2", "H"),

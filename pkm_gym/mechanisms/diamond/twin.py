@@ -64,7 +64,7 @@ def build_lumped(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:
 
 
 def course(machine: Diamond, samples: int = 201, task: DiamondTask | None = None) -> Course:
-    """Return a task's pick-and-place cycle along the workspace's bottom edge, or the paper's."""
+    """Return a task's pick-and-place cycle along the bottom edge; the default task's if None."""
     task = task or DiamondTask(b=machine.b)
     return pick_and_place_course(machine, *cycle_path(packed_task(task)), samples)
 
