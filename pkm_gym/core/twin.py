@@ -339,7 +339,7 @@ def drive_pistons(
     samples: int,
     pose_at: Callable[[FloatArray], FloatArray],
 ) -> PistonSpeeds:
-    """Let the servos take a twin along a course; compare its cylinders' speeds at ``samples`` times.
+    """Let the servos take a twin along a course; compare its cylinders' speeds at some instants.
 
     The servos know the lengths and rates of inverse kinematics but no inertia, so the tool lags and
     the speeds differ from the planned ones. Hence the Jacobian gets the tool's motion as MuJoCo has

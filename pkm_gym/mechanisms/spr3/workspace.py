@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pkm_gym.mechanisms.spr3.mechanism import Spr3
 
 STEP = 0.005  # m, of the legs along a surface
+ALONG = 51  # points of a border curve
+CURVES = ((0, 1, 2), (1, 0, 2), (2, 1, 0))  # legs that are held, stepped and running
 NODES = 8  # Gauss nodes in each of three directions: 1e-10 of the printed machine's volume
 VOXELS = 60  # along each side of the workspace's bounding box
 
@@ -104,6 +106,24 @@ def envelope(machine: Spr3, step: float = STEP) -> Envelope:
         )
     tilt = machine.local_indices(poses)["tilt"]
     return Envelope(machine.position(poses), faces, family, tilt)
+
+
+def border_curves(machine: Spr3, step: float) -> FloatArray:
+    """Return the curves (6, k, n, 3), m, of the paper's families W1 ... W6, section 3.
+
+    Of a family, a leg is at an end of its range, a second one has steps of at most ``step`` metres,
+    and the third one runs: q_2 and q_3 in W1 and W2, q_1 and q_3 in W3 and W4, q_2 and q_1 in W5
+    and W6.
+    """
+    low, high = machine.q_min, machine.q_max
+    stepped = np.linspace(low, high, int(np.ceil((high - low) / step - 1e-9)) + 1)
+    running = np.linspace(low, high, ALONG)
+    joints = np.empty((6, len(stepped), ALONG, 3))
+    for family, (held, moved, run) in enumerate(np.repeat(CURVES, 2, axis=0)):
+        joints[family, ..., held] = (low, high)[family % 2]
+        joints[family, ..., moved] = stepped[:, None]
+        joints[family, ..., run] = running
+    return machine.position(machine.forward_kinematics(joints))
 
 
 def _box_surface(
