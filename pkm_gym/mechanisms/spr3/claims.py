@@ -48,12 +48,12 @@ class Run:
 
 
 @cache
-def driven(machine: Spr3) -> Run:
-    """Drive a machine's twin along the largest path that fits, at the paper's v_max."""
+def driven(machine: Spr3, haste: float = 1.0) -> Run:
+    """Drive a machine's twin along the largest path that fits, at ``haste`` times v_max."""
     twin: Any = import_module(machine.twin_module)
     path, speed, acceleration = twin.planned_path(machine)
-    plan = motion(machine, path, speed, acceleration, PLANNED)
-    speeds = twin.piston_speeds(machine, haste=1.0)
+    plan = motion(machine, path, haste * speed, haste**2 * acceleration, PLANNED)
+    speeds = twin.piston_speeds(machine, haste)
     middles = speeds.times - 0.5 * twin.SOLVER.timestep  # of the steps that its poses are of
     wanted = [np.interp(middles, plan.times, axis) for axis in plan.positions.T]
     return Run(path, plan, speeds, machine.position(speeds.poses), np.stack(wanted, axis=-1))
