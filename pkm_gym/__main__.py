@@ -56,7 +56,7 @@ VERBS = {
     ),
     "page": (f"{STUDIES}.page:command", "Make a problem's page from what is declared."),
     "picture": (f"{STUDIES}.picture:command", "Photograph a design with MuJoCo."),
-    "movie": (f"{STUDIES}.movie:command", "Film a design on the paper's path."),
+    "movie": (f"{STUDIES}.movie:command", "Film a design on its path."),
     "export": (f"{STUDIES}.export:command", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": (
         f"{STUDIES}.solve_tasks:command",

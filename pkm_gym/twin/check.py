@@ -73,7 +73,7 @@ def check(mechanism: Mechanism, poses: FloatArray | None = None) -> tuple[Row, .
         A row a quantity: closure of the loops at the analytic poses; the platform that servos hold
         against gravity, against forward kinematics of the joints measured there (where the twin's
         solver is without gravity, what gravity adds is only reported); Jacobian by virtual work;
-        joint rates along the paper's path; where the mechanism has ``acceleration``, that at random
+        joint rates along its course; where the mechanism has ``acceleration``, that at random
         steady joint rates; where the twin's module has ``piston_speeds``, those of the driven twin;
         and, where the mechanism has dynamics, the drives' torques on the path.
 

@@ -60,8 +60,8 @@ class Rig:
 
     Args:
         mechanism: the machine.
-        task: whose path it is; the paper's if None.
-        speed: how many times as fast as the paper's.
+        task: whose path it is; the default one if None.
+        speed: how many times as fast as the course.
         frame_skip: MuJoCo's steps in a control step.
 
     Raises:
