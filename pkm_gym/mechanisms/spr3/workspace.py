@@ -1,7 +1,8 @@
 """The workspace of the 3-SPR's centre: its six surfaces, its volume three ways, its envelope.
 
-The joint box is mapped one-to-one onto the workspace where det J > 0, so the paper's limb-length
-method takes the six faces of the box to the six families of surfaces W1 ... W6 that enclose it.
+The joint box is mapped one-to-one onto the workspace where det J > 0 on it and each position has
+one tilt, as on the printed machine. So the paper's limb-length method takes the six faces of the box to
+the six families of surfaces W1 ... W6 that enclose it.
 """
 
 from __future__ import annotations
@@ -159,7 +160,7 @@ def volume_by_surfaces(machine: Spr3, step: float = STEP) -> float:
 
 
 def volume_by_quadrature(machine: Spr3, nodes: int = NODES) -> float:
-    """Return the integral of 1 / det J over the joint box, m^3; NaN where it isn't one-to-one."""
+    """Return the integral of 1 / det J over the joint box, m^3; NaN where det J isn't > 0."""
     lam = (machine.q_max - machine.q_min) / (machine.q_max + machine.q_min)
     share, det, volume, _ = box_means(
         machine.a, machine.b, machine.q_c, lam, 0.0, 1.0, *symmetric_cube(nodes)

@@ -65,14 +65,14 @@ def path(problem: DesignProblem) -> Figure:
         )  # fmt: skip
     for k, (corner, (right, up)) in enumerate(zip(theirs.corners, CORNERS, strict=True)):
         at = (1e3 * corner[0], 1e3 * corner[2])
-        place = {"xytext": (6 * right, 6 * up), "ha": "left" if right > 0 else "right"}
-        plots.remark(plane, f"$P_{k + 1}$", at, va="center", **place)
+        side = "left" if right > 0 else "right"
+        plots.remark(plane, f"$P_{k + 1}$", at, xytext=(6 * right, 6 * up), ha=side, va="center")
     for gamma in GAMMAS:
-        far = 1e3 * theirs.radius * np.array([np.cos(np.radians(gamma)), np.sin(np.radians(gamma))])
-        above.plot(*np.stack([-far, far], axis=-1), color=plots.STYLE["faint"], linewidth=0.7)
+        x, y = (1e3 * theirs.radius * f(np.radians(gamma)) for f in (np.cos, np.sin))
+        above.plot((-x, x), (-y, y), color=plots.STYLE["faint"], linewidth=0.7)
         above.annotate(
-            f"{gamma:.0f}°", 1.1 * far, ha="center", va="center", fontsize=plots.STYLE["small"],
-            fontfamily=plots.STYLE["font"],
+            f"{gamma:.0f}°", (1.1 * x, 1.1 * y), ha="center", va="center",
+            fontsize=plots.STYLE["small"], fontfamily=plots.STYLE["font"],
         )  # fmt: skip
     for axes in (plane, above):
         axes.set_aspect("equal", adjustable="datalim")

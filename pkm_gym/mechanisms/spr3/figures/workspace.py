@@ -148,7 +148,7 @@ def _draw_curves(axes: Axes3D, curves: FloatArray) -> None:
 
 def _draw_surface(axes: Axes3D, surface: Envelope) -> None:
     """Draw the envelope in its families' colours, lit from above."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]  # likewise
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     corners = 1e3 * surface.vertices[surface.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
