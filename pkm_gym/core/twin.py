@@ -335,6 +335,7 @@ def rotation_vector(rotation: FloatArray) -> FloatArray:
 def drive_pistons(
     machine: Mechanism,
     spec: mujoco.MjSpec,
+    home: FloatArray,
     course: Course,
     samples: int,
     pose_at: Callable[[FloatArray], FloatArray],
@@ -348,7 +349,8 @@ def drive_pistons(
 
     Args:
         machine: whose twin it is.
-        spec: the twin, built at the first pose of the course.
+        spec: the twin, built at the pose ``home`` (k,).
+        home: where the servos' controls are 0.
         course: at each time step, the first included.
         samples: how many instants are compared, equally spaced.
         pose_at: takes the tool's positions (n, 3), m, in the machine's frame to poses (n, k).
@@ -359,10 +361,14 @@ def drive_pistons(
     lengths = machine.inverse_kinematics(course.poses)
     check_reach(lengths, course.poses[0])
     planned = np.einsum("nij,nj->ni", machine.inverse_jacobian(course.poses), course.twists)
-    controls = lengths - lengths[0] + 2.0 / BANDWIDTH * planned  # the servos brake by kv = 2 kp / w
+    controls = lengths - machine.inverse_kinematics(home)
+    controls += 2.0 / BANDWIDTH * planned  # the servos brake by kv = 2 kp / w
 
     model = spec.compile()
     data, moves = mujoco.MjData(model), len(lengths) - 1
+    start = twin_module(machine).coordinates(machine, course.poses[:1], home)
+    for name, values in start.items():
+        data.joint(name).qpos[:] = values[0]
     servos = [model.actuator(f"servo_{name}").id for name in machine.joint_names]
     rates = [model.joint(name).dofadr[0] for name in machine.joint_names]
     origin, tool = (model.site(name).id for name in ("origin", "tcp"))

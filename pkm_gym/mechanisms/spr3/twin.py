@@ -116,9 +116,9 @@ def piston_speeds(machine: Spr3, haste: float = HASTE, samples: int = 200) -> Pi
     """
     moves = round(course(machine, 2).duration / (haste * SOLVER.timestep))
     planned = course(machine, moves + 1).at_speed(haste)
-    spec = build(machine, planned.poses[0])
+    spec = build(machine, machine.home)
     spec.option.gravity = [0.0, 0.0, 0.0]
-    return drive_pistons(machine, spec, planned, samples, machine.pose_at)
+    return drive_pistons(machine, spec, machine.home, planned, samples, machine.pose_at)
 
 
 def frames(machine: Spr3, poses: FloatArray) -> FloatArray:

@@ -1,8 +1,8 @@
 """The workspace of the 3-SPR's centre: its six surfaces, its volume three ways, its envelope.
 
 The joint box is mapped one-to-one onto the workspace where det J > 0 on it and each position has
-one tilt, as on the printed machine. So the paper's limb-length method takes the six faces of the box to
-the six families of surfaces W1 ... W6 that enclose it.
+one tilt, as on the printed machine. So the paper's limb-length method takes the six faces of the
+box to the six families of surfaces W1 ... W6 that enclose it.
 """
 
 from __future__ import annotations

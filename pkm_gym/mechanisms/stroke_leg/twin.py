@@ -156,8 +156,9 @@ def piston_speeds(machine: Leg, step: Step | None = None, samples: int = 200) ->
     step = step or step_of(machine)
     motion = step.motion(np.linspace(0.0, step.period, round(step.period / SOLVER.timestep) + 1))
     course = Course(step.period, motion.position, motion.velocity)
-    spec = build(machine, motion.position[0])
-    return drive_pistons(machine, spec, course, samples, lambda points: points[:, :2])
+    home = motion.position[0]
+    spec = build(machine, home)
+    return drive_pistons(machine, spec, home, course, samples, lambda points: points[:, :2])
 
 
 def step_of(machine: Leg) -> Step:
