@@ -59,29 +59,67 @@ def pick_and_place(
     )
 
 
+PEAK_SPEED = 1.875  # of a 3-4-5 move of unit length in unit time
+PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+
+
 @kernel
 def duration_345(length: float, speed: float, acceleration: float) -> float:
     """Return the time of a rest-to-rest 3-4-5 move that keeps to a speed and an acceleration, s."""
-    return max(1.875 * length / speed, math.sqrt(10.0 / math.sqrt(3.0) * length / acceleration))
+    return max(PEAK_SPEED * length / speed, math.sqrt(PEAK_ACCELERATION * length / acceleration))
+
+
+@kernel
+def cruise_durations(length: float, speed: float, acceleration: float) -> tuple[float, float]:
+    """Return the times, s, of a 3-4-5 move's halves together and of the cruise between them.
+
+    The halves reach the acceleration, the cruise has the speed; a length too short for both limits
+    has no cruise.
+    """
+    halves = PEAK_ACCELERATION * speed / (PEAK_SPEED * acceleration)
+    cruise = length / speed - halves / PEAK_SPEED
+    if cruise <= 0.0:
+        return duration_345(length, speed, acceleration), 0.0
+    return halves, cruise
+
+
+@formula
+def cruise_345(t: float, halves: float, cruise: float) -> tuple[float, float]:
+    """Return the share of the length and its rate, 1/s, of a move with those durations."""
+    more = PEAK_SPEED * cruise / halves  # of the length that the halves cover
+    if 0.5 * halves < t < 0.5 * halves + cruise:
+        share, rate = 0.5 + PEAK_SPEED * (t / halves - 0.5), PEAK_SPEED
+    elif t <= 0.5 * halves:
+        share, rate, _ = polynomial_345(t / halves)
+    else:
+        share, rate, _ = polynomial_345((t - cruise) / halves)
+        share += more
+    return share / (1.0 + more), rate / (halves * (1.0 + more))
 
 
 @kernel
 def polyline_345(
-    t: float, corners: FloatArray, durations: FloatArray, position: FloatArray, velocity: FloatArray
+    t: float,
+    corners: FloatArray,
+    durations: FloatArray,
+    cruises: FloatArray,
+    position: FloatArray,
+    velocity: FloatArray,
 ) -> None:
     """Fill position (k,) and velocity (k,) at time ``t`` of 3-4-5 moves from corner to corner.
 
-    ``corners`` is (n, k), ``durations`` (n - 1,); at rest at every corner.
+    ``corners`` is (n, k), ``durations`` and ``cruises`` (n - 1,), see ``cruise_durations``; at rest
+    at every corner.
     """
     position[:] = corners[0]
     velocity[:] = 0.0
     for i in range(durations.shape[0]):
-        s, rate, _ = polynomial_345(t / durations[i])
+        share, rate = cruise_345(t, durations[i], cruises[i])
         for j in range(position.shape[0]):
             side = corners[i + 1, j] - corners[i, j]
-            position[j] += s * side
-            velocity[j] += rate / durations[i] * side
-        t -= durations[i]
+            position[j] += share * side
+            velocity[j] += rate * side
+        t -= durations[i] + cruises[i]
 
 
 # A steady feed -----------------------------------------------------------------------------------

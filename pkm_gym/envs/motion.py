@@ -38,7 +38,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     on the path, which moves on whether the tool follows or not.
 
     MuJoCo takes ``frame_skip`` steps in each step of the environment, during which the forces are
-    held. ``speed`` is how many times as fast as the paper's the path is run.
+    held. ``speed`` is how many times as fast as planned the path is run.
 
     | id | path | speed | step | steps |
     |---|---|---:|---:|---:|
@@ -150,7 +150,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             problem: name of the problem, such as "diamond".
             design: the machine that is driven, by default the printed one: a mapping of the
                 variables or an array (d,), SI units.
-            speed: of the path, in paths of the paper; None: as the problem declares, or 1.
+            speed: how many times as fast as planned; None: as the problem declares, or 1.
             frame_skip: steps of MuJoCo in a step; None: as the problem declares, or 5.
             force_limit: N or N m, what an action of 1 means; None: three times what the printed
                 design needs on the path.

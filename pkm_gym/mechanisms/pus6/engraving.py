@@ -81,13 +81,14 @@ def motion(machine: Pus6, samples: int) -> tuple[float, FloatArray, FloatArray]:
     poses, rates = np.tile(flat.tilt, (samples, 2)), np.zeros((samples, 6))
     poses[:, :3], rates[:, :3] = flat.middle + points @ flat.axes.T, velocities @ flat.axes.T
     up = np.concatenate([flat.lift * flat.axes[:, 2], np.zeros(3)])
-    park, durations = machine.in_box(PARK), np.array([COME, DIP])
+    park, durations, none = machine.in_box(PARK), np.array([COME, DIP]), np.zeros(2)
     for k in np.flatnonzero(times < first):
         corners = np.stack([park, poses[k] + up, poses[k]])
-        polyline_345(times[k], corners, durations, poses[k], rates[k])
+        polyline_345(times[k], corners, durations, none, poses[k], rates[k])
     for k in np.flatnonzero(times > last):
         corners = np.stack([poses[k], poses[k] + up, park])
-        polyline_345(times[k] - last, corners, durations[::-1].copy(), poses[k], rates[k])
+        back = durations[::-1].copy()
+        polyline_345(times[k] - last, corners, back, none, poses[k], rates[k])
     return duration, poses, rates
 
 

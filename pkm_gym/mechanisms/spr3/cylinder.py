@@ -105,11 +105,12 @@ def measure_one(
 
 
 class Spr3CylinderProblem(DesignProblem):
-    """Conditioning of a small 3-SPR over a given cylinder (the paper's path in every direction).
+    """Conditioning of a small 3-SPR over a given cylinder.
 
     Maximise the mean local conditioning index over a, b and the cylinder's place z_c, so that the
     platform's centre reaches the whole cylinder without singularity, the legs' stroke and the
-    machine stay small, and the S joints keep their limit.
+    machine stay small, and the S joints keep their limit. The paper's path, in every plane through
+    the z axis, sweeps such a cylinder; its size and the limits are ours.
     """
 
     declared = SPR3_CYLINDER

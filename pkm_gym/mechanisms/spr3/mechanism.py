@@ -12,7 +12,7 @@ from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
 from pkm_gym.mechanisms.spr3.declared import JACOBIANS
-from pkm_gym.mechanisms.spr3.drawing import closed, drawn_links, section_outline
+from pkm_gym.mechanisms.spr3.drawing import AROUND, closed, drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
     LOCAL,
     homogeneous,
@@ -184,6 +184,19 @@ class Spr3(Mechanism):
         With the limb's spin about itself, which it shares with the platform. Eq. (20), corrected.
         """
         return self._velocity(pose)[..., 2:, :, :]
+
+    def limb_turning(self, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how limbs turn, rad/s, at velocities (..., 3) of O_A: swing and spin.
+
+        Swing (..., limb, 3): the part of the angular velocity across the leg, eq. (16). Spin
+        (..., limb): the part about the leg, from B_i to A_i, which the platform shares, eq. (19).
+        """
+        moving = self.a * AROUND @ np.swapaxes(self.rotation(pose), -1, -2)
+        legs = self.position(pose)[..., None, :] + moving - self.b * AROUND
+        legs /= np.linalg.norm(legs, axis=-1, keepdims=True)
+        omega = np.einsum("...kij,...j->...ki", self.limb_jacobians(pose), velocity)
+        spin = (omega * legs).sum(axis=-1)
+        return omega - spin[..., None] * legs, spin
 
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the velocity of O_A (..., 3), m/s, of a pose that changes at ``pose_rate``."""
