@@ -17,7 +17,7 @@ WIDTH = 7.2  # inches, a page's two columns
 DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1.5, 3)))  # of the legs, which may coincide
 
 
-def machine(problem: DesignProblem, design: FloatArray | None) -> Spr3:
+def machine_of(problem: DesignProblem, design: FloatArray | None) -> Spr3:
     """Return the machine of a design (d,), of the printed dimensions if none is given."""
     made = problem.mechanism(problem.printed_design() if design is None else design)
     assert isinstance(made, Spr3)
@@ -26,7 +26,7 @@ def machine(problem: DesignProblem, design: FloatArray | None) -> Spr3:
 
 def printed(problem: DesignProblem) -> Spr3:
     """Return the machine of the printed dimensions."""
-    return machine(problem, None)
+    return machine_of(problem, None)
 
 
 def printed_numbers(problem: DesignProblem, *names: str) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym import plots
-from pkm_gym.mechanisms.spr3.figures.common import WIDTH, machine, printed
+from pkm_gym.mechanisms.spr3.figures.common import WIDTH, machine_of, printed
 from pkm_gym.mechanisms.spr3.workspace import (
     Envelope,
     border_curves,
@@ -98,7 +98,7 @@ def sections(problem: DesignProblem) -> Figure:
 
 def write_envelope(problem: DesignProblem, path: Path, design: FloatArray | None = None) -> Path:
     """Write the envelope of a design's workspace, the printed one's if none is given, in metres."""
-    return envelope(machine(problem, design)).write(path)
+    return envelope(machine_of(problem, design)).write(path)
 
 
 PICTURES = {
