@@ -186,12 +186,11 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[str]:
     """Yield what no run writes."""
-    yield from _impossible_track(setting, int(content["training_evaluations"]))
     rows, designs, seconds, *counts = (content[name] for name in ARRAYS)
     if (np.diff(rows, prepend=-1) <= 0).any():
         yield "its rows must number different tasks, in their order"
     if designs.shape[1] != setting.budget:
-        yield f"its designs must be {setting.budget} a task"
+        yield f"it must hold {setting.budget} designs a task"
     if any((count < 0).any() for count in counts):
         yield "its counts of evaluations must be whole numbers from 0 on"
     evaluated = np.isfinite(designs).all(axis=2)
@@ -202,6 +201,7 @@ def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[st
     unstated = int(np.isnan(costs[1]))  # the seconds of a training may be
     if (times < 0.0).any() or np.isfinite(times).sum() + unstated != len(times):
         yield "times, costs and noise must be numbers from 0 on"
+    yield from _impossible_track(setting, int(content["training_evaluations"]))
 
 
 def _impossible_track(setting: Setting, trained: int) -> Iterator[str]:

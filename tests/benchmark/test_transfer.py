@@ -181,7 +181,5 @@ def test_slsqp_goes_on_where_the_ladder_ends(shipped, pool):
 
 
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):
-    with pytest.raises(
-        ValueError, match=r"there are \d solvable training tasks: interpolation needs"
-    ):
+    with pytest.raises(ValueError, match=r"the pool has \d solvable tasks: interpolation needs"):
         Ladder(View.of(shipped[0]), Training(shipped[0], pool.first(5)))

@@ -94,7 +94,7 @@ def of_file(path: Path, rng: np.random.Generator) -> Iterator[tuple[str, bytes]]
         yield from ((said, as_npz(a)) for said, a in arrays_of(arrays))
 
 
-def only(path: Path, most: int, seed: int = 5) -> list[tuple[str, bytes]]:
+def some(path: Path, most: int, seed: int = 5) -> list[tuple[str, bytes]]:
     """Return so many damaged contents of a file, drawn from all, the first ones always."""
     rng = np.random.default_rng(seed)
     ways = list(of_file(path, rng))

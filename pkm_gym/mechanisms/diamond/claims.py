@@ -14,7 +14,7 @@ from pkm_gym.mechanisms.diamond.cycle import driven
 from pkm_gym.mechanisms.diamond.declared import DiamondTask
 from pkm_gym.mechanisms.diamond.findings import INTERVALS, Findings
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import REFERENCE
+from pkm_gym.mechanisms.diamond.problem import REFERENCE, SCAN
 from pkm_gym.mechanisms.diamond.transmission import least_angles
 
 MOSTLY = 0.8  # share of the steps from which on a trend counts as reproduced in so many of them
@@ -149,7 +149,7 @@ def _narrowed(findings: Findings, name: str) -> Claim:
     """Judge which range a stricter bound narrows first."""
     one, values = findings.last, getattr(findings.last, name)
     lower = name == "sigma_min"
-    bounds = REFERENCE.data["scan"]["b_l" if lower else "b_u"]
+    bounds = SCAN.b_l if lower else SCAN.b_u
     spans = [one.ranges(values >= bound if lower else values <= bound) for bound in bounds]
     words = [
         f"{bound:g}: {x[0]:.2f} to {x[1]:.2f}, {y[0]:.2f} to {y[1]:.2f}"
@@ -211,7 +211,7 @@ def _shrinks(findings: Findings) -> Claim:
 
 
 def _wide_spacing(findings: Findings) -> Claim:
-    solvable = findings.printed[REFERENCE.data["scan"]["lam_e"][-1]].solvable
+    solvable = findings.printed[SCAN.lam_e[-1]].solvable
     kept = [interval for interval, good in zip(INTERVALS, solvable, strict=True) if good]
     shown = ", ".join(f"[{low:g}, {high:g}]" for low, high in kept)
     return Claim(

@@ -12,7 +12,7 @@ from pkm_gym.mechanisms import make_problem
 from pkm_gym.mechanisms.diamond.cycle import driven
 from pkm_gym.mechanisms.diamond.findings import INTERVALS, WINDOW
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.problem import SCAN, cycle_path, packed_task
 from pkm_gym.mechanisms.diamond.region import Region, reachable_region
 from pkm_gym.plots.pictures import Picture, machine_pictures
 
@@ -28,11 +28,10 @@ if TYPE_CHECKING:
     from pkm_gym.core.types import FloatArray
 
 WIDTH = 7.2  # inches, a page's two columns
-DRAWN = REFERENCE.data["scan"]  # what the paper draws
 BOUNDS = {"sigma_max": ("^", "upper bound active"), "sigma_min": ("v", "lower bound active")}
 CUT = ("o", "at the edge of our search box")
 
-PRINTED = tuple(DRAWN["lam_e"])  # lam_e of the four curves of Fig. 7
+PRINTED = tuple(SCAN.lam_e)  # lam_e of the four curves of Fig. 7
 SCAN = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
 
 
@@ -69,7 +68,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
         f"{plots.symbol('lam_l')}; grey: out of reach",
     )
     levels = np.round(np.arange(0.38, 0.541, 0.01), 2).tolist()
-    for k, lam_e in enumerate(DRAWN["fig4"]):
+    for k, lam_e in enumerate(SCAN.fig4):
         cut = plots.Slice.of(problem, *WINDOW, {"lam_e": lam_e}, columns=201, rows=201)
         axes = _map_panel(figure, k, 3, f"{plots.symbol('lam_e')} = {lam_e:g}")
         plots.draw_slice(axes, cut, "tau_G", levels=levels, bar=k == 2)
@@ -80,7 +79,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
 def sigma_maps(problem: DesignProblem) -> Figure:
     """Draw the extreme singular values over (lam_l, lam_H), with the bounds of Figs 5 and 6."""
     figure = plots.new_figure(WIDTH, 3.3)
-    lam_e = DRAWN["fig5_6"]
+    lam_e = SCAN.fig5_6
     plots.headline(
         figure,
         "Singular values over the design space, as in Figs 5 and 6 of the paper, our model",
@@ -90,7 +89,7 @@ def sigma_maps(problem: DesignProblem) -> Figure:
     upper = np.round(np.arange(1.2, 3.01, 0.1), 1).tolist()
     lower = np.round(np.arange(0.5, 1.01, 0.05), 2).tolist()
     for k, (index, levels, bounds) in enumerate(
-        (("sigma_max", upper, DRAWN["b_u"]), ("sigma_min", lower, DRAWN["b_l"]))
+        (("sigma_max", upper, SCAN.b_u), ("sigma_min", lower, SCAN.b_l))
     ):
         axes = _map_panel(figure, k, 2, f"{'largest' if k == 0 else 'smallest'} over the workspace")
         plots.draw_slice(axes, cut, index, levels=levels)

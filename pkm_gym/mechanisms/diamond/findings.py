@@ -16,7 +16,7 @@ from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms import make_problem
 from pkm_gym.mechanisms.diamond.declared import DiamondTask
-from pkm_gym.mechanisms.diamond.problem import REFERENCE
+from pkm_gym.mechanisms.diamond.problem import SCAN
 
 WINDOW = (("lam_l", 1.2, 2.8), ("lam_H", 0.6, 2.4))  # of the maps of Figs 4-6, ours
 STEP = 0.02  # of the maps, ours
@@ -86,12 +86,12 @@ class Findings:
     @cached_property
     def maps(self) -> dict[float, Map]:
         """Figs 4-6: lam_e -> map."""
-        return {lam_e: Map.of(self.problem, lam_e) for lam_e in REFERENCE.data["scan"]["fig4"]}
+        return {lam_e: Map.of(self.problem, lam_e) for lam_e in SCAN.fig4}
 
     @property
     def last(self) -> Map:
         """The map of Figs 5 and 6."""
-        return self.maps[REFERENCE.data["scan"]["fig5_6"]]
+        return self.maps[SCAN.fig5_6]
 
     @cached_property
     def grid(self) -> FloatArray:
@@ -103,7 +103,7 @@ class Findings:
     def solved(self, preset: str) -> dict[float, Solutions]:
         """Fig. 7: lam_e -> optima of the six intervals."""
         found = {}
-        for lam_e in REFERENCE.data["scan"]["lam_e"]:
+        for lam_e in SCAN.lam_e:
             problem = make_problem("diamond", fixed={"lam_e": lam_e}, inertia=preset)
             rows = [problem.pack({"sigma_low": a, "sigma_high": b}) for a, b in INTERVALS]
             found[lam_e] = solve_tasks(problem, np.array(rows))
@@ -118,5 +118,5 @@ class Findings:
         """Return how many of the grid's designs are feasible in an interval, by lam_e (4,)."""
         task = DiamondTask(sigma_low=low, sigma_high=high)
         kept = self.problem.evaluate(self.grid, task).feasible
-        lam_e = np.array(REFERENCE.data["scan"]["lam_e"])
+        lam_e = np.array(SCAN.lam_e)
         return np.asarray((kept & (self.grid[:, 0] == lam_e[:, None])).sum(axis=1))

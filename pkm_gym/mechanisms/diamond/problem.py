@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numba
@@ -38,6 +39,20 @@ from pkm_gym.mechanisms.diamond.kinematics import arm_angle_range
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What the paper draws: ratios of its figures, and limits."""
+
+    lam_e: list[float]
+    fig4: list[float]
+    fig5_6: float
+    b_l: list[float]
+    b_u: list[float]
+
+
+SCAN = REFERENCE.table("scan", Scan)
 
 TORQUES = {"tau_G": 0, "tau_peak": 1, "tau_rms": 2}  # objectives that go with the task's sizes
 NO_TORQUE = 3
@@ -233,6 +248,5 @@ class DiamondProblem(DesignProblem):
             for v in self.all_variables
             if not v.scanned
         ]
-        scan = REFERENCE.table("scan", dict[str, list[float]])
-        mesh = np.meshgrid(scan["lam_e"], *own, indexing="ij")
+        mesh = np.meshgrid(SCAN.lam_e, *own, indexing="ij")
         return np.stack([axis.ravel() for axis in mesh], axis=1)
