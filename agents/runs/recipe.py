@@ -58,6 +58,8 @@ class Recipe:
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 raise ValueError(f"{name} is {value!r}: it must be a whole number of at least 1")
+        if not isinstance(self.starts, str):
+            raise ValueError(f"starts is {self.starts!r}: it must be {' or '.join(STARTS)}")  # noqa: TRY004 (a user's)
         check_known("starts", [self.starts], STARTS)
         check_known("activation", [self.policy.get("activation", "relu")], ACTIVATIONS)
 

@@ -24,7 +24,7 @@ WORKING = 24  # pieces that a descent begins with, at least; as many join in an 
 EXCHANGES = 12
 ITERATIONS = 120
 CONVERGED = 1e-13  # where searches must agree
-ENOUGH = 1e-10  # where there is one
+ENOUGH = 1e-10  # where there is one, but in its polish
 GATHERED = 0.15  # a share of the range: how far a descent from a gathered start may go
 ROOM = 1e-10  # that is kept to every limit, for rounding
 
@@ -51,6 +51,7 @@ def descend(
     coarse = problem.declared.coarse if near is None else {}
     cheap = problem.with_task(None, **coarse) if coarse else None
     count = 2**effort * problem.declared.starts
+    enough = ENOUGH if problem.declared.searches == 1 and near is None else CONVERGED
     for k, (task, own) in enumerate(zip(tasks, generator.spawn(n), strict=True)):
         if near is not None:
             starts = near[k : k + 1]
@@ -64,7 +65,7 @@ def descend(
             [
                 _descent(
                     problem, task, start, np.maximum(problem.low, start - reach),
-                    np.minimum(problem.high, start + reach), found,
+                    np.minimum(problem.high, start + reach), found, enough,
                 )
                 for start in starts
             ]
@@ -110,9 +111,10 @@ def _descent(
     low: FloatArray,
     high: FloatArray,
     found: Search,
+    enough: float,
 ) -> FloatArray:
     """Return where a descent from a start (d,) within low and high (d,) ends."""
-    span, single = high - low, problem.declared.searches == 1
+    span = high - low
 
     def values(unit: FloatArray) -> FloatArray:
         found.evaluations += len(unit)
@@ -124,7 +126,7 @@ def _descent(
     working = np.zeros(len(limits), dtype=bool)
     working[_largest(limits)] = True
     for _ in range(EXCHANGES):
-        x = _slsqp(_Memory(values), x, working, ENOUGH if single else CONVERGED)
+        x = _slsqp(_Memory(values), x, working, enough)
         limits = values(x[None])[0, 1:]
         broken = (limits > TOLERANCE - 0.5 * ROOM) & ~working
         if not broken.any():

@@ -189,7 +189,8 @@ def _check(content: dict[str, np.ndarray], problem: DesignProblem, needed: tuple
     kinds = dict.fromkeys(("active", "solvable", "certified"), "b")
     wanted = {name: (kinds.get(name, "f8"), ("n", *sizes.get(name, ()))) for name in ARRAYS}
     wanted |= dict.fromkeys(TEXTS, ("U", ()))
-    check_arrays(content, {name: wanted[name] for name in TEXTS if name in needed})
+    if missing := [name for name in needed if name not in content]:
+        raise ValueError(f"it lacks {', '.join(missing)}")
     if "hash" in needed and str(content["hash"]) != problem.hash():
         raise ValueError(f"it belongs to another problem (hash {str(content['hash'])[:12]})")
     check_arrays(content, {name: wanted[name] for name in needed})

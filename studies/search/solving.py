@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -69,22 +70,25 @@ class Job:
         try:
             content = read_npz(self.part, "expected a part of a pool")
             with about(self.part, "part of a pool"):
+                check_arrays(content, dict.fromkeys(("hash", "command"), ("U", ())))
+            self._check_owner(content)
+            with about(self.part, "part of a pool"):
                 check_arrays(content, self._wanted())
         except ValueError as error:
             raise ValueError(f"{error}; {again}") from None
-        solved = Solutions(
+        return Solutions(
             **{name: content[name] for name in ARRAYS},
             evaluations=int(content["evaluations"]),
             seconds=float(content["seconds"]),
         )
-        owner = str(content["hash"]), str(content["command"])
-        same = np.array_equal(solved.tasks, self.tasks[: len(solved.tasks)])
-        if owner != (self.problem.hash(), self.command) or not same:
+
+    def _check_owner(self, content: Mapping[str, Any]) -> None:
+        tasks, command = content.get("tasks", self.tasks[:0]), str(content["command"])
+        same = np.array_equal(tasks, self.tasks[: len(tasks)])
+        if (str(content["hash"]), command) != (self.problem.hash(), self.command) or not same:
             raise ValueError(
-                f"{str(self.part)!r} was left by another run ({owner[1]!r}): go on with that one, "
-                f"or {again}"
+                f"{str(self.part)!r} was left by another run ({command!r}): go on with that one"
             )
-        return solved
 
     def _wanted(self) -> dict[str, tuple[str, tuple[int | str, ...]]]:
         d, c = len(self.problem.low), len(self.problem.constraint_names)

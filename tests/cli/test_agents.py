@@ -81,7 +81,7 @@ def test_a_model_is_lengthened_by_its_updates(run, refused, tmp_path):
              pool, "--steps", 64, "-o", "m", "--set", "algorithm.batch_size=8",
              "algorithm.width=4")  # fmt: skip
     sentence = refused(*(few if word == pool else word for word in words), "algorithm.updates=20")
-    assert "has 4 solvable tasks, too few or too alike to interpolate between" in sentence
+    assert "the pool has 4 solvable tasks: interpolation needs" in sentence
     result = run(*words, "algorithm.updates=20")
     assert result.exit_code == 0, result.stderr
     assert run("train", "m", "--resume", "--set", "algorithm.updates=30").exit_code == 0

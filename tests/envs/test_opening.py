@@ -145,7 +145,7 @@ def test_a_pool_that_can_t_serve_is_refused_in_one_sentence(family_id, make, poo
     for arguments, sentence in (
         (
             {"pool": dataclasses.replace(pool, hash="0" * 64)},
-            "the pool .* belongs to another problem",
+            r"the pool .* belongs to another problem",
         ),
         ({"pool": dataclasses.replace(pool, starts=pool.starts[:1])}, "the pool .* starts is"),
         ({"pool": pool, "start": "interpolated"}, r"the pool has \d solvable tasks: interpolation"),

@@ -65,14 +65,14 @@ def family_numbers(problem: DesignProblem) -> dict[str, float]:
 def scan_numbers(problem: DesignProblem) -> dict[str, float]:
     """What the figures draw."""
     del problem
-    drawn = {"fig5_6": diamond_figures.DRAWN["fig5_6"]}
+    drawn = {"fig5_6": SCAN.fig5_6}
     rows = {"fig7": diamond_figures.PRINTED}
-    rows |= {name: diamond_figures.DRAWN[name] for name in ("fig4", "b_l", "b_u")}
+    rows |= {name: getattr(SCAN, name) for name in ("fig4", "b_l", "b_u")}
     return drawn | {f"{k}_{i}": x for k, row in rows.items() for i, x in enumerate(row, 1)}
 
 
 def interval_numbers(problem: DesignProblem) -> dict[str, float]:
-    wide = pkm_gym.make_problem(problem.name, fixed={"lam_e": REFERENCE.data["scan"]["lam_e"][-1]})
+    wide = pkm_gym.make_problem(problem.name, fixed={"lam_e": SCAN.lam_e[-1]})
     rows = [wide.pack({"sigma_low": a, "sigma_high": b}) for a, b in INTERVALS]
     (at,) = np.flatnonzero(solve_tasks(wide, np.array(rows)).solvable)
     return dict(zip(("interval_low", "interval_high"), INTERVALS[at], strict=True))
@@ -241,7 +241,7 @@ def test_a_fine_sample_confirms_the_optimum() -> None:
 
 
 def test_the_wide_spacing_is_feasible_in_one_interval_only() -> None:
-    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": REFERENCE.data["scan"]["lam_e"][-1]})
+    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": SCAN.lam_e[-1]})
     lows = np.array([0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     tasks = np.stack([problem.pack({"sigma_low": low, "sigma_high": low + 0.9}) for low in lows])
     solutions = solve_tasks(problem, tasks)
@@ -281,7 +281,7 @@ def test_the_grid_has_steps_of_a_fiftieth_in_both_ratios(diamond: DesignProblem)
     grid = diamond.grid()
     assert grid is not None
     lam_e, lam_l, gap = (np.unique(column) for column in grid.T)
-    np.testing.assert_allclose(lam_e, REFERENCE.data["scan"]["lam_e"])
+    np.testing.assert_allclose(lam_e, SCAN.lam_e)
     np.testing.assert_allclose(np.diff(lam_l), 0.02)
     np.testing.assert_allclose(np.diff(gap), 0.02)
     assert len(grid) == len(lam_e) * len(lam_l) * len(gap)

@@ -32,7 +32,7 @@ BOUNDS = {"sigma_max": ("^", "upper bound active"), "sigma_min": ("v", "lower bo
 CUT = ("o", "at the edge of our search box")
 
 PRINTED = tuple(SCAN.lam_e)  # lam_e of the four curves of Fig. 7
-SCAN = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
+SWEPT = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
 
 
 def region(problem: DesignProblem, design: FloatArray | None = None) -> Figure:
@@ -252,7 +252,7 @@ def _map_panel(figure: Figure, k: int, count: int, title: str, y: str = "lam_H")
 def _solved(preset: str) -> list[Solutions]:
     """Solve the six intervals at every lam_e of the scan, in the box of lam_l and gap."""
     solved = []
-    for lam_e in SCAN.tolist():
+    for lam_e in SWEPT.tolist():
         problem = make_problem("diamond", fixed={"lam_e": lam_e}, inertia=preset)
         rows = [problem.pack({"sigma_low": low, "sigma_high": high}) for low, high in INTERVALS]
         solved.append(solve_tasks(problem, np.array(rows)))
@@ -269,13 +269,13 @@ def _draw_intervals(axes: Axes, problem: DesignProblem, solved: list[Solutions])
         axes.axvline(lam_e, color=plots.STYLE["faint"], linewidth=0.8, linestyle=":", zorder=1)
     for j, (low, high) in enumerate(INTERVALS):
         color = plots.STYLE["lines"][j]
-        axes.plot(SCAN, optima[:, j], color=color, linewidth=1.2, label=f"[{low:g}, {high:g}]")
+        axes.plot(SWEPT, optima[:, j], color=color, linewidth=1.2, label=f"[{low:g}, {high:g}]")
         marks = [
             (marker, active[:, j, problem.constraint_names.index(name)])
             for name, (marker, _) in BOUNDS.items()
         ]
         for marker, at in [*marks, (CUT[0], cut[:, j])]:
-            _draw_marks(axes, SCAN[at], optima[at, j], marker, color)
+            _draw_marks(axes, SWEPT[at], optima[at, j], marker, color)
     plots.legend(axes, loc="upper right", title="interval")
 
 

@@ -67,7 +67,7 @@ def test_a_recorded_optimum_that_the_model_does_not_give_is_no_verified_one(
     assert sentence in judged(row_of("", best, 0, optimum), optimum)
     assert "agrees" not in judged(row_of("", best, 0, optimum), optimum)
     assert sentence in capsys.readouterr().err
-    assert rows_beside_paper(best, "polished")[-1].name == "recorded, not verified"
+    assert rows_beside_paper(best, "polished", optimum)[-1].name == "recorded, not verified"
 
 
 def test_an_optimum_of_another_design_is_refused_by_its_file(edited):
