@@ -16,6 +16,7 @@ from pkm_gym.core.reference import Optimum, Reference, Value
 from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.mechanisms.diamond import figures as diamond_figures
 from pkm_gym.mechanisms.diamond.findings import INTERVALS
+from pkm_gym.mechanisms.diamond.problem import SCAN
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
 PAGE = (Path(__file__).parents[2] / "docs" / "mechanisms" / "diamond.md").read_text()
