@@ -156,6 +156,15 @@ class Evaluation:
         """Return the order (n,) of the designs, the answer first."""
         return merit.ranking(*self._ranked)
 
+    def beats(self, i: int, other: Evaluation, j: int) -> bool:
+        """Return whether design i is a better answer than design j of another evaluation."""
+        *ours, sign = self._ranked
+        theirs = other._ranked[:-1]
+        values, feasible, log_merit = (
+            np.array([b[j], a[i]]) for a, b in zip(ours, theirs, strict=True)
+        )
+        return merit.answer(values, feasible, log_merit, sign) == 1
+
     @property
     def _ranked(self) -> tuple[FloatArray, BoolArray, FloatArray, float]:
         sign = self.problem.objectives[0].sign

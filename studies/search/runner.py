@@ -137,9 +137,7 @@ class Runner:
 
     def _keep_best(self, trials: Sequence[Trial], evaluation: Evaluation) -> None:
         i = evaluation.best()
-        pair = [*(self.best.designs if self.best else ()), evaluation.designs[i]]
-        both = self._problem.evaluate(np.array(pair))
-        if both.best() != len(pair) - 1:
+        if self.best and not evaluation.beats(i, self.best, 0):
             return
         self.best = self._problem.evaluate(evaluation.designs[i : i + 1])
         self.best_trial = trials[i].number

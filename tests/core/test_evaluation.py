@@ -154,6 +154,10 @@ def test_the_best_is_the_best_feasible_design(
     assert list(evaluation.ranking()[: len(order)]) == order
     infeasible = family_problem.evaluate(designs[~evaluation.feasible], usable.tasks[:1])
     assert infeasible.best() == np.argmin(infeasible.log_merit)
+    for i, j in ((0, 1), (5, 2), (len(designs) - 1, 0)):
+        pair = family_problem.evaluate(designs[[j, i]], usable.tasks[:1])
+        assert evaluation.beats(i, evaluation, j) == (pair.best() == 1)
+    assert not evaluation.beats(0, evaluation, 0)
 
 
 def test_the_task_of_a_design(family_problem: DesignProblem, family: Solutions) -> None:

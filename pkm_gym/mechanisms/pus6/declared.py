@@ -215,14 +215,14 @@ class LayoutDesign(NamedTuple):
         float,
         variable(
             *ANGLES, "rad", "angle between the screws of a column",
-            step=radians(4.0),
+            step=radians(5.0),
         ),
     ]  # fmt: skip
     phi_C: Annotated[
         float,
         variable(
             *ANGLES, "rad", "angle between the S joints of a corner",
-            step=radians(4.0),
+            step=radians(5.0),
         ),
     ]  # fmt: skip
 
