@@ -4,7 +4,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-MECHANISMS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6 pus6_layout
+MECHANISMS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6 pus6_layout pss5_upu pss5_upu_skew
 BENCHMARKS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6_layout
 
 BIN := $(VENV)/bin
@@ -17,7 +17,7 @@ study: $(VENV)/.studies
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym study $$name || exit $$?; done
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow" -n auto
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
 test-slow: $(VENV)/.dev
 	$(BIN)/python -m pytest -m slow

@@ -15,16 +15,15 @@ if TYPE_CHECKING:
     from pkm_gym.core.solve import polish, solve_tasks
     from pkm_gym.envs.design import DesignEnv
     from pkm_gym.envs.vector import DesignVectorEnv
-    from pkm_gym.envs.wrappers import FixedTasks, MultiObjective, PaperGrid
+    from pkm_gym.envs.wrappers import DesignGrid, FixedTasks
     from pkm_gym.mechanisms import make_problem, problems, register
 
 _HOMES = {
     "DesignEnv": "pkm_gym.envs.design",
+    "DesignGrid": "pkm_gym.envs.wrappers",
     "DesignProblem": "pkm_gym.core.problem",
     "DesignVectorEnv": "pkm_gym.envs.vector",
     "FixedTasks": "pkm_gym.envs.wrappers",
-    "MultiObjective": "pkm_gym.envs.wrappers",
-    "PaperGrid": "pkm_gym.envs.wrappers",
     "Pool": "pkm_gym.core.pool",
     "make_problem": "pkm_gym.mechanisms",
     "polish": "pkm_gym.core.solve",
@@ -35,11 +34,10 @@ _HOMES = {
 
 __all__ = [
     "DesignEnv",
+    "DesignGrid",
     "DesignProblem",
     "DesignVectorEnv",
     "FixedTasks",
-    "MultiObjective",
-    "PaperGrid",
     "Pool",
     "make_problem",
     "polish",

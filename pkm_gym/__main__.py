@@ -9,13 +9,13 @@ from __future__ import annotations
 import inspect
 import sys
 from importlib.metadata import version
-from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pkm_gym.core.names import imported, unknown
+from pkm_gym.usage import usage
 
 STUDIES, AGENTS = "pkm_gym.studies.verbs", "pkm_gym.agents.verbs"
 
@@ -28,7 +28,7 @@ VERBS = {
         f"{STUDIES}.study:command",
         "Do grid, search, polish and compare in one go.",
     ),
-    "grid": (f"{STUDIES}.grid:command", "Evaluate the paper's grid, or one of ours."),
+    "grid": (f"{STUDIES}.grid:command", "Evaluate a grid: the paper's, or ours."),
     "search": (f"{STUDIES}.search:command", "Search the design space with Optuna."),
     "polish": (f"{STUDIES}.polish:command", "Refine a design to the optimum near it."),
     "compare": (
@@ -56,7 +56,7 @@ VERBS = {
     ),
     "page": (f"{STUDIES}.page:command", "Make a problem's page from what is declared."),
     "picture": (f"{STUDIES}.picture:command", "Photograph a design with MuJoCo."),
-    "movie": (f"{STUDIES}.movie:command", "Film a design on the paper's path."),
+    "movie": (f"{STUDIES}.movie:command", "Film a design on its path."),
     "export": (f"{STUDIES}.export:command", "Write a design's MuJoCo model (MJCF)."),
     "solve-tasks": (
         f"{STUDIES}.solve_tasks:command",
@@ -151,7 +151,7 @@ class Door(TyperGroup):
         except Exception as error:
             if not hasattr(error, "format_message"):
                 raise
-            _refuse(_usage(error))
+            _refuse(usage(error))
         if code == INTERRUPTED:
             print("pkm-gym: interrupted", file=sys.stderr)
         sys.exit(code if isinstance(code, int) else 0)
@@ -216,21 +216,13 @@ def _sentence(error: Exception) -> str:
     return str(error)
 
 
-def _usage(error: Any) -> str:
-    """Return the sentence of an error in the arguments, and where help is."""
-    context = getattr(error, "ctx", None)
-    message = str(error.format_message()).rstrip(".")
-    return f"{message}; see {context.command_path} --help" if context else message
-
-
 def _refuse(sentence: str, code: int = USER_ERROR) -> NoReturn:
     print(f"pkm-gym: {sentence}", file=sys.stderr)
     sys.exit(code)
 
 
 def main() -> None:
-    """Run the command line; modules that a command names are looked for here as well."""
-    sys.path.append(str(Path.cwd()))
+    """Run the command line."""
     app(prog_name="pkm-gym")
 
 

@@ -28,12 +28,24 @@ FEW, MANY = 32, 256  # tasks of a Family
 DEAR = 4  # times as few where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
+SHARED = ("problem", "twinned", "shipped")  # fixtures whose parameters are dear to make
 
 Spread = Callable[[DesignProblem, np.random.Generator, int], tuple[FloatArray, FloatArray]]
 
 # Kernels compile at their first call, so no deadline; derandomised, so that a failure repeats.
 hypothesis.settings.register_profile("pkm_gym", deadline=None, derandomize=True, max_examples=60)
 hypothesis.settings.load_profile("pkm_gym")
+
+
+# Workers ------------------------------------------------------------------------------------------
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give what shares a fixture's parameter, else a file, to one worker: each is made once."""
+    for item in items:
+        given = item.callspec.params if hasattr(item, "callspec") else {}
+        shared = [f"{kind} {given[kind]}" for kind in SHARED if kind in given]
+        item.add_marker(pytest.mark.xdist_group(shared[0] if shared else str(item.path)))
 
 
 # Problems -----------------------------------------------------------------------------------------

@@ -16,7 +16,8 @@ from pkm_gym.agents.designers.library import designer_for, load_designer
 from pkm_gym.agents.designers.memory import Memory
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.task import TaskLike
+from pkm_gym.core.task import TaskLike, shown_differences
+from pkm_gym.core.trial import told_objective
 from pkm_gym.core.types import FloatArray
 
 PROPOSED = "pkm_gym:proposed"  # attribute of the trials that a designer proposed
@@ -115,14 +116,15 @@ class DesignerSampler(BaseSampler):
         """Return what the trial says of its design; evaluate it if that isn't enough."""
         attributes = trial.user_attrs
         constraints = attributes.get("constraints") or trial.constraints
-        first = self.problem.objectives[0].name
-        if "log_merit" not in attributes or set(constraints) != set(self.problem.constraint_names):
+        value = told_objective(attributes, self.problem.objectives[0])
+        known = "log_merit" in attributes and value is not None
+        if not known or set(constraints) != set(self.problem.constraint_names):
             return self.problem.evaluate(design, self.task)
         return Evaluation.remembered(
             self.problem,
             design,
             self.task.pack(),
-            np.array([attributes.get(first, np.nan)]),
+            np.array([value]),
             np.array([[constraints[name] for name in self.problem.constraint_names]]),
             np.array([attributes["log_merit"]]),
         )
@@ -142,8 +144,8 @@ class DesignerSampler(BaseSampler):
         task = self.problem.task_type.of(kept.get("task"))
         if "task" in kept and task != self.task:
             raise ValueError(
-                f"the study {study.study_name!r} is of another task than the sampler: {task} "
-                f"there, {self.task} here"
+                f"the study {study.study_name!r} is of another task than the sampler: "
+                f"{shown_differences(task, self.task)}"
             )
         names = set(self.problem.variable_names)
         for trial in study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))[:1]:

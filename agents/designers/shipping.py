@@ -12,11 +12,11 @@ import numpy as np
 from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer, write_designer
 from pkm_gym.agents.designers.library import designer_path, known, own_folder
+from pkm_gym.agents.designers.scoring import AT
 from pkm_gym.agents.runs.files import CONFIG
 from pkm_gym.benchmark.splits import load_split
 from pkm_gym.mechanisms import lasting
 
-AT = (1, 4, 8, 12, 24)  # evaluations whose median regret is recorded
 KEPT = 8  # tasks whose first designs are recorded
 MEASURED = 64  # tasks whose regrets are recorded
 SPLIT = "val"

@@ -34,7 +34,7 @@ class Settings:
         """Refuse illegal settings."""
         for name, least in LEAST.items():
             value = getattr(self, name)
-            if not (isinstance(value, int) and value >= least):
+            if not (isinstance(value, int) and not isinstance(value, bool) and value >= least):
                 raise ValueError(f"{name} is {value!r}: it must be a whole number from {least} on")
         rates = self.learning_rate
         pair = isinstance(rates, Sequence) and [type(rate) for rate in rates] == [float, float]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.core.merit import CAP
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
 
@@ -20,6 +21,21 @@ BEYOND = 0.02  # how far beyond the Family's range (a range is 1.2) errors are t
 IntArray = npt.NDArray[np.intp]
 
 ARRAYS = ("errors", "middle", "spread", "mean", "scale", "straight")  # of the tensors of a file
+
+# Of the tensors of a file: f outputs, w numbers in each hidden layer, p pieces.
+SHAPES: dict[str, tuple[str, tuple[int | str, ...]]] = {
+    "middle": ("f", ("inputs",)),
+    "spread": ("f", ("inputs",)),
+    **dict.fromkeys(("errors", "mean", "scale"), ("f", ("f",))),
+    "straight": ("f", ("f", "inputs", "p")),
+    "columns": ("iu", ("columns",)),
+    "weight.0": ("f", ("f", "inputs", "w")),
+    "weight.1": ("f", ("f", "w", "w")),
+    "weight.2": ("f", ("f", "w", "p")),
+    "bias.0": ("f", ("f", 1, "w")),
+    "bias.1": ("f", ("f", 1, "w")),
+    "bias.2": ("f", ("f", 1, "p")),
+}
 
 
 class Layers(NamedTuple):
@@ -127,7 +143,17 @@ class Surrogate:
 
     @classmethod
     def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Surrogate:
-        """Return the surrogate of what ``tensors()`` returned."""
+        """Return the surrogate of what ``tensors()`` returned.
+
+        Raises:
+            ValueError: in one sentence, for arrays that are missing or don't fit the problem.
+        """
+        size = sum(v.drawn for v in problem.task_variables) + len(problem.low)
+        check_arrays(tensors, {**SHAPES, "middle": ("f", (size,))})
+        columns, c = tensors["columns"].tolist(), len(problem.constraint_names)
+        wanted = len(tensors["errors"]) - 1
+        if len(columns) != wanted or not set(columns) <= set(range(c)):
+            raise ValueError(f"columns is {columns}: it must number {wanted} of {c} constraints")
         weights, biases = (
             Layers(*(tensors[f"{kind}.{i}"].astype(float) for i in range(len(Layers._fields))))
             for kind in ("weight", "bias")

@@ -13,8 +13,9 @@ from torch.nn.functional import silu
 from pkm_gym.agents.planner.samples import Samples
 from pkm_gym.agents.planner.settings import Settings
 from pkm_gym.agents.planner.surrogate import Layers, Surrogate
-from pkm_gym.agents.runs.state import read_state, write_state
+from pkm_gym.agents.runs.state import best_score, check_finite, read_state, restoring, write_state
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import shaped
 from pkm_gym.core.types import FloatArray
 
 HELD_OUT = 16  # each sixteenth task shows how large the errors are
@@ -165,16 +166,17 @@ class SurrogateTraining:
             ValueError: for a file that is missing, damaged or another recipe's.
         """
         state = read_state(path)
-        try:
+        with restoring(path):
+            check_finite(state["net"], "net")
             self._net.load_state_dict(state["net"])
             self._optimiser.load_state_dict(state["optimiser"])
-        except (KeyError, RuntimeError, ValueError):
-            raise ValueError(f"{str(path)!r} belongs to another recipe") from None
-        self._schedule.load_state_dict(state["schedule"])
-        self._generator.set_state(state["generator"])
-        self.done = state["done"]
-        best: float = state["best"]
-        return best
+            own, kept = self._schedule.state_dict(), state["schedule"]
+            if kept["total_steps"] != own["total_steps"]:  # the run was lengthened
+                kept = {**kept, **{name: own[name] for name in ("total_steps", "_schedule_phases")}}
+            self._schedule.load_state_dict(kept)
+            self._generator.set_state(state["generator"])
+            self.done = shaped(int, state["done"], "done")
+            return best_score(state["best"])
 
     @torch.no_grad()
     def _split(self, inputs: Tensor) -> None:

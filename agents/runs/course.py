@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.console import Console
 
 from pkm_gym.agents.designers.designer import Centre, Designer, Policy, Starts
 from pkm_gym.agents.designers.files import write_designer
-from pkm_gym.agents.runs.environments import find_spec
+from pkm_gym.agents.runs.environments import find_spec, is_motion
 from pkm_gym.agents.runs.files import Origin
 from pkm_gym.agents.runs.recipe import Recipe
-from pkm_gym.agents.runs.run import POOL, VALIDATION
-from pkm_gym.benchmark.interpolation import Interpolation
+from pkm_gym.agents.runs.run import VALIDATION
 from pkm_gym.benchmark.scoring import score
 from pkm_gym.benchmark.splits import split_file
 from pkm_gym.core.pool import Pool
@@ -26,12 +26,12 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.envs.vector import DesignVectorEnv
 from pkm_gym.mechanisms import family_problem, lasting
+from pkm_gym.studies.search.solving import Job, solve_rest
 
 if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
 
 
-FOLDS = 8
 VALIDATION_TASKS = 64  # drawn and solved where no file of them is given
 VALIDATION_SEED = 1
 
@@ -89,7 +89,8 @@ class DesignCourse:
 
     def write(self, policy: Policy, path: Path, origin: Origin) -> None:
         """Write a policy as a designer."""
-        write_designer(self.designer(policy), path, origin, self.problem_arguments)
+        known = replace(origin, pool=len(self.pool) if self.pool else 0)
+        write_designer(self.designer(policy), path, known, self.problem_arguments)
 
     def sessions(self, n: int) -> DesignVectorEnv:
         """Return n sessions to train on."""
@@ -97,7 +98,13 @@ class DesignCourse:
 
 
 def design_course(
-    env_id: str, recipe: Recipe, folder: Path, *, pool: Path | None, validation: Path | None
+    env_id: str,
+    recipe: Recipe,
+    folder: Path,
+    *,
+    pool: Path | None,
+    validation: Path | None,
+    screen: Console | None = None,
 ) -> DesignCourse:
     """Return the course of a run; what they need beside its files is written to its folder.
 
@@ -109,53 +116,80 @@ def design_course(
             benchmark's training tasks, if they are needed.
         validation: file of solved tasks to be scored on; None: the benchmark's, or else tasks that
             are drawn and solved now.
+        screen: where it is told if tasks are solved, which takes minutes; nowhere if None.
 
     Raises:
         ValueError: for an unknown id, an illegal argument, or a pool that is missing or bad.
     """
-    arguments = {**find_spec(env_id).kwargs, **recipe.environment}
-    problem = _problem(arguments)
+    arguments = {**find_spec(env_id).kwargs, **recipe.environment, "start": recipe.starts}
+    if arguments.get("reward") == "objectives":
+        raise ValueError("reward is 'objectives', a vector: agents are trained on a number")
     needed = recipe.starts == "interpolated" or arguments.get("reward") == "regret"
-    if pool is None and needed and arguments.get("family"):
-        pool = _split(problem, "train")
-        if pool is None:
-            raise ValueError(f"{env_id} needs solved tasks to train on: give --pool FILE.npz")
     if pool is not None:
         arguments["pool"] = str(pool)
-    solved = Pool.load(pool, problem) if pool is not None else None
-    starts: Starts | None = None
-    if recipe.starts == "interpolated":
-        assert solved is not None
-        starts = Interpolation(problem, solved)
-        arguments |= {"start": "pool", "pool": str(folder / POOL)}
-        if not (folder / POOL).exists():
-            with_starts(problem, solved).save(folder / POOL)
-    else:
-        arguments["start"] = recipe.starts
-    env = DesignEnv(**arguments)
+    elif needed and arguments.get("family"):
+        if _split(_problem(arguments), "train") is None:
+            raise ValueError(f"{env_id} needs solved tasks to train on: give --pool FILE.npz")
+        arguments["pool"] = "train"
+    env = _environment(arguments)
     if validation is None and env.opening.family:
-        validation = _split(problem, "val")
-    scored = _validation(env, folder, validation)
+        validation = _split(env.problem, "val")
+    scored = _validation(env, folder, validation, screen or Console(quiet=True))
     kept = scored.solvable
     optima = env.problem.evaluate(scored.designs[kept], scored.tasks[kept]).log_merit
-    own = starts or Centre(env.problem)
-    return DesignCourse(arguments, env, own, solved, scored.tasks[kept], optima)
+    starts = env.opening.between.whole if env.opening.between else Centre(env.problem)
+    return DesignCourse(arguments, env, starts, env.opening.pool, scored.tasks[kept], optima)
 
 
-def with_starts(problem: DesignProblem, pool: Pool) -> Pool:
-    """Return a pool whose tasks start at designs interpolated from the other seven eighths."""
-    starts = pool.starts.copy()
-    rows = np.flatnonzero(pool.solvable)
-    for fold in range(FOLDS):
-        own = np.arange(len(rows)) % FOLDS == fold
-        others = _some(pool, rows[~own])
-        starts[rows[own]] = Interpolation(problem, others).designs(pool.tasks[rows[own]])
-    return replace(pool, starts=starts)
+def course_for(
+    env_id: str,
+    recipe: Recipe,
+    folder: Path,
+    *,
+    pool: Path | None,
+    validation: Path | None,
+    screen: Console | None = None,
+) -> Any:
+    """Return the course of a run, of a design or of a motion environment; see both."""
+    spec = find_spec(env_id, motion=True)
+    if is_motion(spec):
+        from pkm_gym.agents.sb3.motion import motion_course
+
+        return motion_course(spec, recipe, pool=pool, validation=validation)
+    return design_course(spec.id, recipe, folder, pool=pool, validation=validation, screen=screen)
 
 
-def _some(pool: Pool, rows: np.ndarray[Any, np.dtype[np.intp]]) -> Pool:
-    names = ("tasks", "starts", "designs", "optima", "active", "solvable")
-    return replace(pool, **{name: getattr(pool, name)[rows] for name in names})
+def check_course(env_id: str, recipe: Recipe, *files: Path | None) -> None:
+    """Refuse the arguments of an environment, or files of solved tasks, before a run is begun.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    spec = find_spec(env_id, motion=True)
+    if is_motion(spec):
+        return
+    problem = _problem({**spec.kwargs, **recipe.environment})
+    for file in files:
+        if file is not None:
+            Pool.load(file, problem)
+
+
+def _environment(arguments: Mapping[str, Any]) -> DesignEnv:
+    """Return the environment that is trained on.
+
+    Raises:
+        ValueError: in one sentence, also where its pool can't be interpolated.
+    """
+    try:
+        env = DesignEnv(**arguments)
+        if env.opening.between:
+            _ = env.opening.between.whole
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            f"{str(arguments['pool'])!r} has solvable tasks too few or too alike to interpolate "
+            "between: solve more, or --set starts=centre"
+        ) from None
+    return env
 
 
 def _problem(arguments: Mapping[str, Any]) -> DesignProblem:
@@ -171,7 +205,7 @@ def _split(problem: DesignProblem, split: str) -> Path | None:
     return path if plain and path.exists() else None
 
 
-def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
+def _validation(env: DesignEnv, folder: Path, given: Path | None, screen: Console) -> Pool:
     """Return the tasks of the score: those given, or drawn and solved once for the folder."""
     file = given or folder / VALIDATION
     if file.exists() or given:
@@ -179,9 +213,16 @@ def _validation(env: DesignEnv, folder: Path, given: Path | None) -> Pool:
     problem = env.problem
     if env.opening.family:
         tasks = problem.draw_tasks(VALIDATION_TASKS, np.random.default_rng(VALIDATION_SEED))
+        screen.print(
+            f"solving {len(tasks)} tasks to score the agent on, once: {file} keeps them",
+            soft_wrap=True,
+        )
+        part = file.with_name(file.name + ".part")
+        job = Job(problem, tasks, tasks[:0], VALIDATION_SEED, "pkm-gym train", part)
+        solutions = solve_rest(job, job.kept(), screen)
+        part.unlink(missing_ok=True)
     else:
-        tasks = problem.pack(None)[None]
-    solutions = solve_tasks(problem, tasks)
+        solutions = solve_tasks(problem, problem.pack(None)[None])
     pool = Pool.from_solutions(solutions, solutions.designs, problem, "pkm-gym train")
     pool.save(file)
     return pool

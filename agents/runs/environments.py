@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gymnasium.envs.registration import EnvSpec, registry
 
+from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS
 from pkm_gym.core.names import unknown
 from pkm_gym.envs.design import DesignEnv
 from pkm_gym.mechanisms import register_module
@@ -27,6 +28,20 @@ def find_spec(env_id: str, *, motion: bool = False) -> EnvSpec:
     spec = registry[name]
     if not (_is_design(spec) or (motion and is_motion(spec))):
         raise ValueError(f"{name} is no design environment: its entry point must be DesignEnv")
+    return spec
+
+
+def find_trained(env_id: str, algorithm: str) -> EnvSpec:
+    """Return the specification of an environment that an algorithm can be trained in.
+
+    Raises:
+        ValueError: as ``find_spec``; for a motion environment and an algorithm that designs only.
+    """
+    spec = find_spec(env_id, motion=True)
+    if is_motion(spec) and algorithm in set(ALGORITHMS) - set(LEARNERS):
+        raise ValueError(
+            f"{spec.id} is trained by one of {', '.join(LEARNERS)}, not by {algorithm}"
+        )
     return spec
 
 

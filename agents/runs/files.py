@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load
 
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.files import read_bytes, whole_file
+from pkm_gym.core.reading import about, read_json, shaped
+
+T = TypeVar("T")
 
 WEIGHTS = ".safetensors"
 CONFIG = ".json"
 FORMAT = 2
+
+
+@dataclass(frozen=True)
+class Head:
+    """What every configuration begins and ends with: its format, and the weights' checksum."""
+
+    format: int
+    sha256: str
 
 
 @dataclass(frozen=True)
@@ -30,6 +42,7 @@ class Origin:
         score: its score on the validation tasks.
         versions: of the libraries.
         recorded: what it must reproduce, see ``pkm-gym zoo``.
+        pool: how many solved tasks it was trained on; None where an older file doesn't say.
     """
 
     env_id: str
@@ -38,6 +51,7 @@ class Origin:
     score: float
     versions: Mapping[str, str]
     recorded: Mapping[str, Any] = field(default_factory=dict)
+    pool: int | None = None
 
 
 def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:
@@ -52,49 +66,51 @@ def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:
         part.write_text(json.dumps(whole, indent=2) + "\n", encoding="utf-8")
 
 
-def read_pair(
-    path: Path, kind: str, needed: Iterable[str]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def read_pair(path: Path, kind: str, schema: type[T]) -> tuple[T, dict[str, Any]]:
     """Return configuration and tensors of ``write_pair``; nothing is unpickled.
 
     Args:
         path: of the configuration.
         kind: what they are of, for the errors.
-        needed: names that the configuration must have.
+        schema: dataclass of what the configuration holds beside its format and the checksum.
 
     Raises:
         ValueError: in one sentence, for a file that is missing, damaged or edited.
     """
-    config = _config(path, kind, needed)
-    weights = _read(path.with_suffix(WEIGHTS), kind)
-    if hashlib.sha256(weights).hexdigest() != config["sha256"]:
+    content = read_json(path, kind)
+    with about(path, kind):
+        head = shaped(Head, _part(content, Head))
+        if head.format == FORMAT:
+            config = shaped(schema, _part(content, schema, Head))
+    if head.format != FORMAT:
+        raise ValueError(f"{str(path)!r} has format {head.format}: this version reads {FORMAT}")
+    return config, _tensors(path.with_suffix(WEIGHTS), path.name, head.sha256)
+
+
+def _part(content: Any, schema: Any, *others: Any) -> Any:
+    """Return the keys of a schema, or if others are given those that aren't theirs."""
+    if not isinstance(content, dict):
+        return content
+    own, their = (
+        {item.name for one in some for item in fields(one)} for some in ([schema], others)
+    )
+    return {k: x for k, x in content.items() if (k not in their if others else k in own)}
+
+
+def _tensors(path: Path, recorded_in: str, sha256: str) -> dict[str, Any]:
+    with about(path, "weights"):
+        weights = read_bytes(path)
+    if hashlib.sha256(weights).hexdigest() != sha256:
         raise ValueError(
-            f"{str(path.with_suffix(WEIGHTS))!r} is damaged or was edited: its sha256 is not the "
-            f"one that {path.name} records"
+            f"{str(path)!r} is damaged or was edited: its sha256 is not the one that {recorded_in} "
+            "records"
         )
-    try:
-        return config, load(weights)
-    except SafetensorError as error:
-        raise ValueError(f"{str(path)!r} has no readable weights: {error}") from None
-
-
-def _config(path: Path, kind: str, needed: Iterable[str]) -> dict[str, Any]:
-    try:
-        config: dict[str, Any] = json.loads(_read(path, kind))
-    except (UnicodeDecodeError, json.JSONDecodeError):
-        raise ValueError(f"{str(path)!r} is damaged: it is no JSON file") from None
-    missing = [name for name in needed if not isinstance(config, dict) or name not in config]
-    if missing:
-        raise ValueError(f"{str(path)!r} is no {kind}: it lacks {', '.join(missing)}")
-    if config["format"] != FORMAT:
-        raise ValueError(
-            f"{str(path)!r} has format {config['format']!r}: this version reads {FORMAT}"
-        )
-    return config
-
-
-def _read(path: Path, kind: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise ValueError(f"can't read the {kind} {str(path)!r}: {error.strerror}") from None
+    with about(path, "weights"):
+        try:
+            tensors = load(weights)
+        except (SafetensorError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"they can't be read ({error})") from None
+        for name, array in tensors.items():
+            if not np.isfinite(array).all():
+                raise ValueError(f"{name} has numbers that are not finite")
+    return tensors

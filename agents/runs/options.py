@@ -10,8 +10,11 @@ import typer
 from pkm_gym.agents.runs.recipe import ALGORITHMS
 from pkm_gym.studies.cli.options import set_option
 
+USUAL = "ppo"
+
 AlgorithmOption: TypeAlias = Annotated[
-    str, typer.Option(metavar="ALGORITHM", help=f"One of {', '.join(ALGORITHMS)}.")
+    str | None,
+    typer.Option(metavar="ALGORITHM", help=f"One of {', '.join(ALGORITHMS)}; {USUAL} if not said."),
 ]
 StepsOption: TypeAlias = Annotated[
     int | None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 from pkm_gym.agents.runs.schema import ALGORITHM, POLICY, check_settings
 from pkm_gym.agents.sb3.network import ACTIVATIONS
 from pkm_gym.core.names import check_known, imported, unknown
+from pkm_gym.core.reading import about, read_toml, shaped
 
 LEARNERS = {
     "ppo": "stable_baselines3:PPO",
@@ -57,6 +58,8 @@ class Recipe:
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 raise ValueError(f"{name} is {value!r}: it must be a whole number of at least 1")
+        if not isinstance(self.starts, str):
+            raise ValueError(f"starts is {self.starts!r}: it must be {' or '.join(STARTS)}")  # noqa: TRY004 (a user's)
         check_known("starts", [self.starts], STARTS)
         check_known("activation", [self.policy.get("activation", "relu")], ACTIVATIONS)
 
@@ -93,13 +96,26 @@ def read_recipe(
             value.
     """
     made = algorithm_class(algorithm)
-    content = _content(algorithm, file)
+    source = file or files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml")
+    content = read_toml(source, "recipe")
     merged: dict[str, Any] = {}
-    for block in (content.get("default", {}), content.get(env_id, {})):
-        _merge(merged, block)
+    with about(source, "recipe"):
+        blocks = shaped(dict[str, dict[str, Any]], content)
+        for block in (blocks.get("default", {}), blocks.get(env_id, {})):
+            _merge(merged, block)
+        _recipe(algorithm, made, {"steps": 1, "envs": 1, **merged})
     for setting in settings:
         _merge(merged, _nested(setting))
     _merge(merged, {name: value for name, value in given.items() if value is not None})
+    for name in ("steps", "envs"):
+        if name not in merged:
+            raise ValueError(f"the recipe {str(source)!r} lacks {name}: add it, or say it")
+    return _recipe(algorithm, made, merged)
+
+
+def _recipe(algorithm: str, made: Any, settings: Mapping[str, Any]) -> Recipe:
+    """Return the recipe of settings whose keys and values are legal."""
+    merged = dict(settings)
     check_known("setting", merged, [item.name for item in fields(Recipe)])
     for group in GROUPS:
         held = merged.setdefault(group, {})
@@ -117,14 +133,23 @@ def read_recipe(
     return Recipe(**merged)
 
 
-def _content(algorithm: str, file: Path | None) -> dict[str, Any]:
-    if file is None:
-        text = files("pkm_gym.agents").joinpath(f"params/{algorithm}.toml").read_text("utf-8")
-        return tomllib.loads(text)
-    try:
-        return tomllib.loads(file.read_text("utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{str(file)!r} is no TOML file: {error}") from None
+def resumed_recipe(
+    kept: Recipe, algorithm: str, env_id: str, *, file: Path | None, settings: Iterable[str],
+    steps: int | None,
+) -> Recipe:  # fmt: skip
+    """Return the recipe of a run with what is said of it now; all of it, where a file is given.
+
+    Raises:
+        ValueError: as ``read_recipe``.
+    """
+    if file is not None:
+        return read_recipe(algorithm, env_id, file=file, settings=settings, steps=steps)
+    merged = asdict(kept)
+    for setting in settings:
+        _merge(merged, _nested(setting))
+    if steps is not None:
+        merged["steps"] = steps
+    return Recipe(**merged)
 
 
 def _merge(into: dict[str, Any], block: Mapping[str, Any]) -> None:

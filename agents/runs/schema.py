@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
 from pkm_gym.core.names import check_known
+from pkm_gym.core.reading import is_number
 
 FREQUENCIES = ("step", "episode")
 
@@ -18,10 +19,6 @@ class Rule:
 
     words: str
     holds: Callable[[Any], bool]
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
 
 
 def _is_whole(value: Any, least: int = 1) -> bool:
@@ -36,11 +33,11 @@ def _number(low: float = -inf, high: float = inf) -> Rule:
     words = "a number"
     if low > -inf:
         words += f" from {low:g}" + (f" to {high:g}" if high < inf else " on")
-    return Rule(words, lambda value: _is_number(value) and low <= value <= high)
+    return Rule(words, lambda value: is_number(value) and low <= value <= high)
 
 
 def _positive() -> Rule:
-    return Rule("a number above 0", lambda value: _is_number(value) and value > 0.0)
+    return Rule("a number above 0", lambda value: is_number(value) and value > 0.0)
 
 
 def _either(word: str, number: Rule) -> Rule:
@@ -59,7 +56,7 @@ def _is_architecture(value: Any) -> bool:
 
 def _is_rate(value: Any) -> bool:
     rates = value if isinstance(value, list) and len(value) == 2 else [value]
-    return all(_is_number(rate) and rate > 0.0 for rate in rates)
+    return all(is_number(rate) and rate > 0.0 for rate in rates)
 
 
 def _is_frequency(value: Any) -> bool:

@@ -12,8 +12,9 @@ from typing import Any
 import optuna
 from optuna import Study, Trial
 from optuna.trial import TrialState
+from rich.console import Console
 
-from pkm_gym.agents.runs.course import design_course
+from pkm_gym.agents.runs.course import course_for
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
 from pkm_gym.agents.runs.trainer import trainer_for
@@ -54,6 +55,7 @@ class Tuning:
     pool: Path | None
     validation: Path | None
     folder: Path
+    screen: Console | None = None
 
     def run(self, settings: Mapping[str, float], seed: int, folder: Path,
             scored: Callable[[float], None] = lambda _: None) -> float:  # fmt: skip
@@ -63,9 +65,10 @@ class Tuning:
         begun = (folder / CHECKPOINT).exists()
         if not begun:
             own.write()
-        course = design_course(
-            self.env_id, recipe, self.folder, pool=self.pool, validation=self.validation
-        )
+        course = course_for(
+            self.env_id, recipe, self.folder, pool=self.pool, validation=self.validation,
+            screen=self.screen,
+        )  # fmt: skip
         return trainer_for(own, course, scored=scored).train(resume=begun)
 
     def objective(self, trial: Trial) -> float:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from pkm_gym.agents.runs.state import read_state, write_state
+from pkm_gym.agents.runs.state import check_finite, read_state, restoring, write_state
+from pkm_gym.core.reading import shaped
 
 COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
 REPLAY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -49,26 +50,32 @@ def load_checkpoint(model: Any, path: Path) -> dict[str, Any]:
         ValueError: for a file that is missing, damaged or another recipe's.
     """
     state = read_state(path)
-    try:
+    with restoring(path):
+        for name in ("parameters", "variables"):
+            check_finite(state[name], name)
         model.set_parameters(state["parameters"])
-    except (ValueError, RuntimeError, KeyError):
-        raise ValueError(f"{str(path)!r} belongs to another recipe") from None
-    with torch.no_grad():
-        for name, value in state["variables"].items():
-            _find(model, name).copy_(value)
-    for name, value in state["counters"].items():
-        setattr(model, name, value)
-    model._last_obs = state["last_obs"].numpy()
-    model._last_episode_starts = state["last_starts"].numpy()
-    model.env.restore(_arrays(state["sessions"]))
-    _restore_replay(model, state["replay"])
-    model.action_space.np_random.bit_generator.state = json.loads(state["action_space"])
-    numpy_state = json.loads(state["numpy"])
-    numpy_state["state"]["key"] = np.array(numpy_state["state"]["key"], dtype=np.uint32)
-    np.random.set_state(numpy_state)  # noqa: NPY002 (SB3 draws from NumPy's global generator)
-    torch.set_rng_state(state["torch"])
-    more: dict[str, Any] = state["more"]
-    return more
+        with torch.no_grad():
+            for name, value in state["variables"].items():
+                _find(model, name).copy_(value)
+        for name in COUNTERS:
+            setattr(model, name, shaped(int, state["counters"][name], name))
+        model._last_obs = _like(model.env.observation_space.shape, model.n_envs, state["last_obs"])
+        model._last_episode_starts = _like((), model.n_envs, state["last_starts"])
+        model.env.restore(_arrays(state["sessions"]))
+        _restore_replay(model, state["replay"])
+        model.action_space.np_random.bit_generator.state = json.loads(state["action_space"])
+        numpy_state = json.loads(state["numpy"])
+        numpy_state["state"]["key"] = np.array(numpy_state["state"]["key"], dtype=np.uint32)
+        np.random.set_state(numpy_state)  # noqa: NPY002 (SB3 draws from NumPy's global generator)
+        torch.set_rng_state(state["torch"])
+        return shaped(dict[str, Any], state["more"])
+
+
+def _like(shape: tuple[int, ...], n: int, tensor: torch.Tensor) -> Any:
+    """Return the array (n, *shape) that a tensor is."""
+    if tensor.shape != (n, *shape):
+        raise ValueError(f"{tuple(tensor.shape)} in the place of {(n, *shape)}")
+    return tensor.numpy()
 
 
 def _variables(model: Any) -> list[str]:

@@ -15,6 +15,7 @@ from pkm_gym.agents.runs.files import Origin, read_pair, write_pair
 from pkm_gym.agents.runs.recipe import Recipe
 from pkm_gym.agents.runs.run import BEST
 from pkm_gym.agents.sb3.network import Network
+from pkm_gym.core.reading import about
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.baselines import run
 from pkm_gym.envs.motion import MotionEnv
@@ -23,7 +24,16 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
 
 FROM_THE_BEGINNING = {"start": "beginning", "start_offset": 0.0}
-NEEDED = ("format", "environment", "layout", "network", "sha256", "origin")
+
+
+@dataclass(frozen=True)
+class DriverConfig:
+    """What the file of a driver holds beside its format and checksum."""
+
+    environment: str
+    layout: Mapping[str, list[int]]
+    network: Mapping[str, Any]
+    origin: Origin
 
 
 @dataclass(frozen=True)
@@ -42,7 +52,7 @@ class Driver:
 
     def __call__(self, env: MotionEnv, observation: Any) -> FloatArray:
         """Return the action (joints,) for an observation."""
-        if layout_of(env) != self.layout:
+        if layout_of(env) != self.layout or self.network.sizes[1:] != env.action_space.shape:
             raise ValueError(
                 f"the agent of {self.origin.env_id} sees other observations: train it again"
             )
@@ -114,9 +124,14 @@ def load_driver(path: str | Path) -> Driver:
         ValueError: in one sentence, for a file that is missing, damaged, edited or no driver.
     """
     file = Path(path)
-    config, tensors = read_pair(file / BEST if file.is_dir() else file, "driver", NEEDED)
-    network = Network.of_tensors(tensors, config["network"])
-    return Driver(network, config["layout"], Origin(**config["origin"]))
+    file = file / BEST if file.is_dir() else file
+    config, tensors = read_pair(file, "driver", DriverConfig)
+    with about(file, "driver"):
+        network = Network.of_tensors(tensors, config.network)
+        seen = max((stop for _, stop in config.layout.values()), default=0)
+        if network.sizes[0] != seen:
+            raise ValueError(f"its network takes {network.sizes[0]} numbers, its layout has {seen}")
+    return Driver(network, config.layout, config.origin)
 
 
 def layout_of(env: MotionEnv) -> dict[str, list[int]]:

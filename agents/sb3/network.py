@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pkm_gym.core.names import check_known
+from pkm_gym.core.reading import check_arrays, shaped
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.observation import observe
 from pkm_gym.envs.session import Session
@@ -38,6 +39,15 @@ class Layer(NamedTuple):
     def __call__(self, values: Array) -> Array:
         """Return what the layer makes of values (n, in): array (n, out)."""
         return values @ self.weight.T + self.bias
+
+
+@dataclass(frozen=True)
+class NetworkSettings:
+    """What ``Network.settings`` returns."""
+
+    kind: str
+    activation: str
+    squashed: bool
 
 
 @dataclass(frozen=True)
@@ -89,14 +99,32 @@ class Network:
             for name, array in layer._asdict().items()
         }
 
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """How many numbers it takes and how many it gives."""
+        return self.layers[0].weight.shape[1], len(self.layers[-1].bias)
+
     @classmethod
     def of_tensors(cls, tensors: Mapping[str, Array], settings: Mapping[str, Any]) -> Network:
-        """Return the network of what ``tensors()`` and ``settings()`` returned."""
-        count = len(tensors) // 2
+        """Return the network of what ``tensors()`` and ``settings()`` returned.
+
+        Raises:
+            ValueError: in one sentence, for layers that are missing or don't follow each other.
+        """
+        known = shaped(NetworkSettings, settings, "its network")
+        count = max(1, len(tensors) // 2)
+        check_arrays(
+            tensors,
+            {
+                f"{i}.{name}": ("f", (f"outputs {i}", f"outputs {i - 1}")[: 2 - (name == "bias")])
+                for i in range(count)
+                for name in Layer._fields
+            },
+        )
         layers = tuple(
             Layer(*(tensors[f"{i}.{name}"] for name in Layer._fields)) for i in range(count)
         )
-        return cls(layers, settings["activation"], settings["squashed"])
+        return cls(layers, known.activation, known.squashed)
 
     @classmethod
     def of_model(cls, model: Any) -> Network:

@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from pkm_gym.agents.runs.recipe import algorithm_class
 from pkm_gym.agents.runs.run import CHECKPOINT, Run
+from pkm_gym.agents.runs.state import best_score, restoring
 from pkm_gym.agents.runs.trainer import Course, Stopped, Trainer
 from pkm_gym.agents.sb3.checkpoint import load_checkpoint, save_checkpoint
 from pkm_gym.agents.sb3.network import Network
@@ -43,7 +44,10 @@ class PolicyTrainer(Trainer[Network]):
         model = make_model(self.run, self.course)
         keeper = Keeper(self)
         if resume:
-            self.best = load_checkpoint(model, self.run.folder / CHECKPOINT)["best"]
+            path = self.run.folder / CHECKPOINT
+            kept = load_checkpoint(model, path)
+            with restoring(path):
+                self.best = best_score(kept["best"])
         left = self.run.recipe.steps - model.num_timesteps
         if left > 0:
             model.learn(left, callback=keeper, reset_num_timesteps=False)

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
+from pkm_gym.agents.designers.designer import Designer
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.designers.library import designer_path
-from pkm_gym.agents.designers.scoring import SCORED, record
+from pkm_gym.agents.designers.scoring import AT, SCORED, Agent, record, score_on
 from pkm_gym.agents.sb3.models import load_model
-from pkm_gym.benchmark.record import Cost
+from pkm_gym.agents.verbs.zoo import median_words
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
+from pkm_gym.core.pool import Pool
 from pkm_gym.studies.benchmark.tables import show
 from pkm_gym.studies.cli.options import SplitsOption, output_option
 from pkm_gym.studies.cli.runs import own_command
-from pkm_gym.studies.cli.terminal import console
+from pkm_gym.studies.cli.terminal import FAINT, console, table
 
 
 def command(
@@ -31,6 +33,15 @@ def command(
         ),
     ],
     split: Annotated[str, typer.Option(metavar="|".join(SCORED), help="Which tasks.")] = "val",
+    tasks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Solved tasks to be scored on instead, by `pkm-gym solve-tasks`: for agents of "
+            "another objective, or with other variables, than the splits'.",
+            show_default=False,
+        ),
+    ] = None,
     output: Annotated[
         Path | None, output_option("Keep the logs there, for `pkm-gym score`.", "FOLDER")
     ] = None,
@@ -43,23 +54,55 @@ def command(
         typer.Option(metavar="ENV", help="Where a .zip was trained.", show_default=False),
     ] = None,
     algo: Annotated[str, typer.Option(metavar="ALGORITHM", help="What trained a .zip.")] = "ppo",
+    pool: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Solved tasks that a .zip was trained on.")
+    ] = 0,
 ) -> None:
     """Score trained agents on tasks that they never saw.
 
-    Tune on val only; test is for what is published.
+    Tune on val only; test is for what is published. Its training counts as a cost, and so do the
+    solved tasks that it was trained on.
     """
     check_known("split", [split], SCORED)
-    designers, costs = [], []
+    if tasks is not None and (output or splits):
+        raise ValueError("--tasks is no split: leave out --output and --folder")
+    agents = []
     for model in models:
         if model.endswith(".zip"):
-            designers.append(load_model(model, trust=trust, env_id=env, algorithm=algo))
-            costs.append(Cost())
+            loaded = load_model(model, trust=trust, env_id=env, algorithm=algo)
+            agents.append(Agent(*loaded, pool))
         else:
             designer, origin = read_designer(designer_path(model))
-            designers.append(designer)
-            costs.append(Cost(origin.steps, np.nan))  # its time isn't recorded
-    logs = record(designers, costs, split, own_command(), splits)
+            agents.append(Agent(designer, origin.steps, origin.pool))
+    if tasks is not None:
+        _show_on(tasks, {name: agent.designer for name, agent in zip(models, agents, strict=True)})
+        return
+    logs = record(agents, split, own_command(), splits)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")
     show(console(), standings(logs))
+
+
+def _show_on(tasks: Path, designers: Mapping[str, Designer]) -> None:
+    """Print how good designers are on a file of solved tasks."""
+    scores = {
+        name: score_on(designer, Pool.load(tasks, designer.problem))
+        for name, designer in designers.items()
+    }
+    counts = [k for k in AT if any(k in one.medians for one in scores.values())]
+    heads = ["tasks", "score", *(f"k = {k}" for k in counts), "feasible"]
+    rows = table("agent", *heads, numbers=heads)
+    for name, one in scores.items():
+        medians = [median_words(one.medians[k]) if k in one.medians else "" for k in counts]
+        rows.add_row(
+            name, f"{one.tasks}", f"{one.score:.4f}", *medians, f"{100.0 * one.feasible:.1f} %"
+        )
+    screen = console()
+    screen.print(rows)
+    objective = next(iter(designers.values())).problem.objectives[0].name
+    screen.print(
+        f"solved tasks of {tasks}, objective {objective}; k = 1, 4, ...: median regret in per cent "
+        "after k evaluations",
+        style=FAINT,
+    )

@@ -17,8 +17,16 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
-from pkm_gym.studies.cli.options import DesignFileOption, JsonOption, Name, PictureOption, SetOption
+from pkm_gym.studies.cli.options import (
+    DesignFileOption,
+    JsonOption,
+    Name,
+    ObjectiveOption,
+    PictureOption,
+    SetOption,
+)
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
 from pkm_gym.studies.report.answer import hand_over
@@ -69,6 +77,7 @@ class AnsweredTask:
 def command(
     name: Name,
     set_: SetOption = None,
+    objective: ObjectiveOption = None,
     design: DesignFileOption = None,
     budget: Annotated[
         int | None,
@@ -96,7 +105,7 @@ def command(
 
     Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
     """
-    problem = problem_from(name, set_, file=design, family=True)
+    problem = problem_from(name, set_, objective=objective, file=design, family=True)
     designer = load_designer(model) if model else designer_for(problem)
     if designer.problem.hash() != problem.hash():
         raise ValueError(f"{model!r} is a designer of another problem than {name} as it is set")
@@ -152,12 +161,16 @@ def _outside(task: Task) -> tuple[str, ...]:
 
 def _show(screen: Console, answered: AnsweredTask) -> None:
     problem, designs = answered.problem, answered.designs
-    heads = [f"{v.name} {v.unit}".rstrip() for v in problem.variables]
+    heads = [f"{v.name} {converted(0.0, v.unit)[1]}".rstrip() for v in problem.variables]
+    units = [v.unit for v in problem.variables]
     rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
     for i, design in enumerate(designs.designs[0]):
         feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
-        numbers = [f"{value:.6f}" for value in (*design, designs.merit[0, i])]
-        rows.add_row(f"{i + 1}", *numbers, feasible)
+        values = [converted(x, unit)[0] for x, unit in zip(design, units, strict=True)]
+        numbers = [
+            f"{x:.4f}" if unit else f"{x:.6f}" for x, unit in zip(values, units, strict=True)
+        ]
+        rows.add_row(f"{i + 1}", *numbers, f"{designs.merit[0, i]:.6f}", feasible)
     screen.print(section("Its session"))
     screen.print(rows)
     screen.print(

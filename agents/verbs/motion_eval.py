@@ -10,10 +10,12 @@ import numpy as np
 import typer
 
 from pkm_gym.agents.runs.environments import find_spec, is_motion
+from pkm_gym.agents.runs.options import USUAL
+from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.sb3.motion import load_driver
 from pkm_gym.envs.baselines import BASELINES, Controller, Run, run
 from pkm_gym.envs.motion import MotionEnv
-from pkm_gym.studies.cli.options import SeedOption, json_option, out_option
+from pkm_gym.studies.cli.options import SeedOption, json_option, out_option, set_option
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
 from pkm_gym.twin.check import random_designs
 
@@ -35,6 +37,12 @@ def command(
         int, typer.Option(metavar="N", min=0, help="Random feasible designs, after the printed.")
     ] = 0,
     seed: SeedOption = 0,
+    set_: Annotated[
+        list[str] | None,
+        set_option(
+            "Arguments of the environment, as `pkm-gym train` takes them: environment.KEY=x."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, out_option("Draw the errors of those that finish the path.")
     ] = None,
@@ -50,7 +58,11 @@ def command(
     spec = find_spec(env, motion=True)
     if not is_motion(spec):
         raise ValueError(f"{spec.id} is no motion environment: nothing moves in it")
-    machine = MotionEnv(**spec.kwargs)
+    settings = list(set_ or ())
+    if others := [word for word in settings if not word.startswith("environment.")]:
+        raise ValueError(f"--set {others[0]} is none of the environment's: write environment.KEY=x")
+    recipe = read_recipe(USUAL, "", settings=settings)
+    machine = MotionEnv(**{**spec.kwargs, **recipe.environment})
     controllers = _controllers(machine, models or [])
     chosen = [machine.problem.printed_design()]
     if designs:
@@ -135,8 +147,12 @@ def _show(scores: Scores, out: Path | None) -> None:
         )
     screen = console()
     screen.print(rows)
+    several = any(len(runs) > 1 for runs in scores.values())
     screen.print(
-        "reward: the mean; errors and force (of the limit): the worst of the runs", style=FAINT
+        "reward: the mean; errors and force (of the limit): the worst of the runs"
+        if several
+        else "one run each; reward: the mean over its steps; force: of the limit",
+        style=FAINT,
     )
     if out is not None:
         screen.print(f"picture: {out}")

@@ -19,9 +19,10 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pkm_gym.agents.runs.course import design_course
-from pkm_gym.agents.runs.environments import find_spec, is_motion
+from pkm_gym.agents.runs.course import check_course, course_for
+from pkm_gym.agents.runs.environments import find_spec, find_trained
 from pkm_gym.agents.runs.options import (
+    USUAL,
     AlgorithmOption,
     HyperparametersOption,
     ParamsOption,
@@ -29,10 +30,9 @@ from pkm_gym.agents.runs.options import (
     StepsOption,
     ValidationOption,
 )
-from pkm_gym.agents.runs.recipe import ALGORITHMS, LEARNERS, read_recipe
-from pkm_gym.agents.runs.run import BEST, Run, threads_that_tell
-from pkm_gym.agents.sb3.motion import motion_course
-from pkm_gym.studies.cli.options import SeedOption, output_option
+from pkm_gym.agents.runs.recipe import read_recipe, resumed_recipe
+from pkm_gym.agents.runs.run import BEST, RUN, Run, threads_that_tell
+from pkm_gym.studies.cli.options import output_option
 from pkm_gym.studies.cli.runs import if_full, own_command, run_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.search.runner import interruptible
@@ -47,13 +47,17 @@ def command(
     env: Annotated[
         str,
         typer.Argument(
-            metavar="ENV",
-            help="Id of a design or motion environment: PKM/DiamondFamily-v0, my_package:Mine.",
+            metavar="ENV|RUN",
+            help="Id of a design or motion environment: PKM/DiamondFamily-v0, my_package:Mine; "
+            "with --resume the folder of a run.",
         ),
     ],
-    algo: AlgorithmOption = "ppo",
+    algo: AlgorithmOption = None,
     steps: StepsOption = None,
-    seed: SeedOption = 0,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="S", min=0, help="Of the random numbers; 0 if not said."),
+    ] = None,
     params: ParamsOption = None,
     set_: HyperparametersOption = None,
     pool: PoolOption = None,
@@ -63,7 +67,12 @@ def command(
         output_option("Of the run; runs/agents/ENV-ALGORITHM-SEED if not said.", "FOLDER"),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on from the last checkpoint of the folder.")
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on from the last checkpoint of a run, as it was asked for; more --steps (of a "
+            "model more algorithm.updates) lengthen it.",
+        ),
     ] = False,
     threads: Annotated[
         int, typer.Option(metavar="N", min=1, help="Of PyTorch; results differ with it.")
@@ -72,14 +81,30 @@ def command(
     """Train an agent on a design or a motion environment.
 
     The folder keeps the resolved settings, the scores, the last checkpoint and the best agent so
-    far. Ctrl-C keeps the state; --resume goes on from there as if nothing had happened.
+    far. Ctrl-C keeps the state; `pkm-gym train RUN --resume` goes on from there as if nothing had
+    happened.
     """
-    spec = find_spec(env, motion=True)
-    if is_motion(spec) and algo in set(ALGORITHMS) - set(LEARNERS):
-        raise ValueError(f"{spec.id} is trained by one of {', '.join(LEARNERS)}, not by {algo}")
-    folder = output or run_folder("agents") / f"{spec.id.rpartition('/')[2]}-{algo}-{seed}"
-    recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
-    run = Run(spec.id, algo, seed, recipe, pool, validation, folder, own_command())
+    known = Path(env) if resume and (Path(env) / RUN).is_file() else None
+    if known is not None and output is not None:
+        raise ValueError(f"{env} and -o {output} are two folders: leave one out")
+    spec = None if known is not None else find_spec(env, motion=True)
+    name = spec.id.rpartition("/")[2] if spec else ""
+    folder = known or output or run_folder("agents") / f"{name}-{algo or USUAL}-{seed or 0}"
+    if resume:
+        run = Run.read(folder)
+        recipe = resumed_recipe(
+            run.recipe, run.algorithm, run.env_id, file=params, settings=set_ or (), steps=steps
+        )
+        run = run.lengthened(
+            env_id=spec and spec.id, algorithm=algo, seed=seed, recipe=recipe, pool=pool,
+            validation=validation,
+        )  # fmt: skip
+    else:
+        assert spec is not None
+        algo = algo or USUAL
+        find_trained(spec.id, algo)
+        recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
+        run = Run(spec.id, algo, seed or 0, recipe, pool, validation, folder, own_command())
     screen = console()
     kept = f"{folder} keeps the last checkpoint, if there is one: --resume goes on from there"
     with if_full(kept, folder), threads_that_tell():
@@ -90,18 +115,14 @@ def command(
 
 def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[float, str]:
     """Return the best score, and what it was measured on."""
-    if resume:
-        run.check()
-    else:
+    check_course(run.env_id, run.recipe, run.pool, run.validation)
+    if not resume:
         run.write()
-    spec = find_spec(run.env_id, motion=True)
-    course: Course[Any]
-    if is_motion(spec):
-        course = motion_course(spec, run.recipe, pool=run.pool, validation=run.validation)
-    else:
-        course = design_course(
-            spec.id, run.recipe, run.folder, pool=run.pool, validation=run.validation
-        )
+    course: Course[Any] = course_for(
+        run.env_id, run.recipe, run.folder, pool=run.pool, validation=run.validation, screen=screen
+    )
+    if resume:
+        run.state()  # it may be longer now
     import torch
 
     from pkm_gym.agents.runs.trainer import Stopped, trainer_for
@@ -114,7 +135,8 @@ def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[fl
             return trainer.train(resume=resume), course.goal
     except Stopped:
         screen.print(
-            f"kept in {run.folder}: the same command with --resume goes on", soft_wrap=True
+            f"kept in {run.folder}: `pkm-gym train {run.folder} --resume` goes on",
+            soft_wrap=True,
         )
         raise typer.Exit(INTERRUPTED) from None
 

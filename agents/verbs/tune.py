@@ -9,8 +9,10 @@ from typing import Annotated
 import torch
 import typer
 
-from pkm_gym.agents.runs.environments import find_spec
+from pkm_gym.agents.runs.course import check_course
+from pkm_gym.agents.runs.environments import find_trained
 from pkm_gym.agents.runs.options import (
+    USUAL,
     AlgorithmOption,
     HyperparametersOption,
     ParamsOption,
@@ -29,8 +31,10 @@ from pkm_gym.studies.storage.studies import count_finished, fail_stale
 
 
 def command(
-    env: Annotated[str, typer.Argument(metavar="ENV", help="Id of a design environment.")],
-    algo: AlgorithmOption = "ppo",
+    env: Annotated[
+        str, typer.Argument(metavar="ENV", help="Id of a design or motion environment.")
+    ],
+    algo: AlgorithmOption = None,
     trials: TrialsOption = 20,
     steps: StepsOption = None,
     params: ParamsOption = None,
@@ -50,10 +54,12 @@ def command(
     those count. Stopped by Ctrl-C, the same command goes on.
     """
     torch.set_num_threads(1)  # more are slower for nets so small
-    spec = find_spec(env)
+    algo = algo or USUAL
+    spec = find_trained(env, algo)
     folder = output or run_folder("agents") / f"tune-{spec.id.rpartition('/')[2]}-{algo}"
     recipe = read_recipe(algo, spec.id, file=params, settings=set_ or (), steps=steps)
-    tuning = Tuning(spec.id, algo, recipe, pool, validation, folder)
+    check_course(spec.id, recipe, pool, validation)
+    tuning = Tuning(spec.id, algo, recipe, pool, validation, folder, console())
     screen = console()
     kept = f"{folder} keeps the trials that have ended; the same command goes on from there"
     with quiet(), if_full(kept, folder), threads_that_tell():
@@ -74,7 +80,5 @@ def command(
     screen.print(section(f"The best of {count_ended(study)} trials, trial {winner.number}"))
     screen.print(rows)
     screen.print(f"score {winner.value:.4f} when it was chosen, which flatters it", style=FAINT)
-    screen.print(
-        f"score {median(fresh):.4f}, median of {len(fresh)} fresh seeds "
-        f"({min(fresh):.4f} to {max(fresh):.4f})"
-    )
+    several = f"median of {len(fresh)} fresh seeds ({min(fresh):.4f} to {max(fresh):.4f})"
+    screen.print(f"score {median(fresh):.4f}, {several if len(fresh) > 1 else 'one fresh seed'}")

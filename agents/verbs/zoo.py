@@ -10,7 +10,8 @@ import typer
 
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.designers.library import known
-from pkm_gym.agents.designers.shipping import AT, take_in
+from pkm_gym.agents.designers.scoring import AT
+from pkm_gym.agents.designers.shipping import take_in
 from pkm_gym.studies.cli.options import output_option
 from pkm_gym.studies.cli.terminal import FAINT, console, table
 
@@ -51,12 +52,13 @@ def command(
     rows = table("designer", "problem", *heads, numbers=heads)
     for known_name, path in known().items():
         designer, origin = read_designer(path)
-        regrets = origin.recorded["regrets"]
-        medians = [_median(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
+        regrets = origin.recorded.get("regrets", {})
+        medians = [median_words(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
         rows.add_row(known_name, designer.problem.name, *medians)
     screen.print(rows)
     screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)
 
 
-def _median(regret: float) -> str:
+def median_words(regret: float) -> str:
+    """Return a median regret in per cent as tables show it."""
     return f"{100.0 * regret:.1g}" if isfinite(regret) else "none"

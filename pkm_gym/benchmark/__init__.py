@@ -4,14 +4,16 @@
 runs one, ``regrets`` and ``score`` measure what it did.
 """
 
-from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.interpolation import Interpolation
 from pkm_gym.benchmark.methods import METHODS, Method, find_method, method, proposing
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.recording import RecordEvaluations
 from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.scoring import duel, interval, regrets, score
+from pkm_gym.benchmark.session import Session, Spent
 from pkm_gym.benchmark.splits import load_split
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import Told, View
 from pkm_gym.core.declaration import SPLITS
 
 __all__ = [
@@ -19,12 +21,15 @@ __all__ = [
     "SPLITS",
     "Cost",
     "EvaluationLog",
-    "Evaluator",
     "Interpolation",
     "Method",
     "RecordEvaluations",
+    "Session",
     "Setting",
     "Spent",
+    "Told",
+    "Training",
+    "View",
     "duel",
     "find_method",
     "interval",

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.solve import ACTIVE
+from pkm_gym.core.statement import ProblemStatement
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
 
 NEIGHBOUR = 3  # the fourth nearest point says how well an input is surrounded
 DISTANCE = 0.1  # a distance of 1 counts like a violation of this
 TINY = 1e-300
+FOLDS = 8  # that a pool is cut into
 LEAST_STRETCH = 1e-3  # of an input to which nothing reacts, beside that of the strongest one
 
 PART = (
@@ -90,6 +96,18 @@ class Part:
     constraints: Cubic
 
 
+def check_size(problem: View | ProblemStatement, pool: Training | Pool) -> None:
+    """Refuse a pool with too few solvable tasks.
+
+    Raises:
+        ValueError: saying how many it has and how many are needed.
+    """
+    drawn = sum(variable.drawn for variable in problem.task_variables)
+    solvable, needed = int(pool.solvable.sum()), max(FOLDS, 2 * (drawn + 1))
+    if solvable < needed:
+        raise ValueError(f"the pool has {solvable} solvable tasks: interpolation needs {needed}")
+
+
 class Interpolation:
     """What a pool says of the optimal design of any task.
 
@@ -99,13 +117,13 @@ class Interpolation:
     the design of the part whose other limits are predicted to hold, and whose tasks are near.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        """Interpolate the solvable tasks of a pool."""
+    def __init__(self, problem: View | ProblemStatement, pool: Training | Pool) -> None:
+        """Interpolate the solvable tasks of a pool; nothing is evaluated."""
         self.problem = problem
         kept = pool.solvable
         points = task_points(problem, pool.tasks[kept])
         places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
-        constraints = problem.evaluate(pool.designs[kept], pool.tasks[kept]).constraints
+        constraints = pool.constraints[kept]
         active = constraints > -ACTIVE
         limits = np.c_[active, places < ACTIVE, places > 1.0 - ACTIVE]
         self.parts = [
@@ -118,12 +136,23 @@ class Interpolation:
         ]
 
     @classmethod
-    def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Self:
-        """Return the interpolation of what ``tensors()`` returned."""
+    def of_tensors(cls, problem: View | ProblemStatement, tensors: Mapping[str, Any]) -> Self:
+        """Return the interpolation of what ``tensors()`` returned.
+
+        Raises:
+            ValueError: in one sentence, for arrays that are missing or don't fit the problem.
+        """
+        m = sum(variable.drawn for variable in problem.task_variables)
+        d, c = len(problem.low), len(problem.constraint_names)
         made = cls.__new__(cls)
         made.problem = problem
         made.parts = []
         while (at := f"starts.{len(made.parts)}.") + "points" in tensors:
+            n = len(tensors[at + "points"])
+            kinds = ("b", *["f"] * 5)
+            shapes = ((c,), (n, m), (m,), (n + 1 + m, d), (m,), (n + 1 + m, c))
+            names = [at + name for name in PART]
+            check_arrays(tensors, dict(zip(names, zip(kinds, shapes, strict=True), strict=True)))
             part = {name: tensors[at + name] for name in PART}
             made.parts.append(
                 Part(
@@ -132,6 +161,8 @@ class Interpolation:
                     Cubic(part["points"], part["constraints.stretch"], part["constraints.weights"]),
                 )
             )
+        if not made.parts:
+            raise ValueError("it lacks starts.0.points")
         return made
 
     def tensors(self) -> dict[str, Any]:
@@ -166,7 +197,61 @@ class Interpolation:
         return np.clip(low + (high - low) * places, low, high)
 
 
-def task_points(problem: DesignProblem, tasks: FloatArray) -> FloatArray:
+class Between:
+    """Designs to start at: between the optima of a pool's tasks.
+
+    A task of the pool gets the design that is interpolated from the seven eighths of the others, so
+    that it learns nothing from its own optimum; any other task the one from them all.
+    """
+
+    def __init__(self, problem: ProblemStatement, pool: Pool) -> None:
+        """Keep the solvable tasks of a pool; interpolations are made when they are needed.
+
+        Raises:
+            ValueError: if there are too few.
+        """
+        check_size(problem, pool)
+        self.problem, self.pool = problem, pool.only(pool.solvable)
+
+    @cached_property
+    def whole(self) -> Interpolation:
+        """The interpolation from all tasks."""
+        return Interpolation(self.problem, self.pool)
+
+    def designs(self, tasks: FloatArray) -> FloatArray:
+        """Return the designs (n, d) for packed tasks (n, m), clipped to the box."""
+        rows = [self._rows.get(task.tobytes(), -1) for task in tasks]
+        known = np.array([row >= 0 for row in rows])
+        designs = np.empty((len(tasks), len(self.problem.low)))
+        if known.any():
+            designs[known] = self._own[[row for row in rows if row >= 0]]
+        if not known.all():
+            designs[~known] = self.whole.designs(tasks[~known])
+        return designs
+
+    @cached_property
+    def _rows(self) -> dict[bytes, int]:
+        return {task.tobytes(): row for row, task in enumerate(self.pool.tasks)}
+
+    @cached_property
+    def _own(self) -> FloatArray:
+        """The designs (n, d) of the pool's own tasks, once a process."""
+        pool = self.pool
+        content = (pool.hash.encode(), pool.tasks.tobytes(), pool.designs.tobytes())
+        key = sha256(b"".join(content)).digest()
+        if key not in _folded:
+            fold = np.arange(len(pool)) % FOLDS
+            _folded[key] = np.empty_like(pool.designs)
+            for k in range(FOLDS):
+                others = Interpolation(self.problem, pool.only(fold != k))
+                _folded[key][fold == k] = others.designs(pool.tasks[fold == k])
+        return _folded[key]
+
+
+_folded: dict[bytes, FloatArray] = {}
+
+
+def task_points(problem: View | ProblemStatement, tasks: FloatArray) -> FloatArray:
     """Return the fields that are drawn (n, k) of packed tasks: the Family's range to +-0.6.
 
     Unlike in an observation the scale has no bend at the ends of the range: what is smooth in the

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pkm_gym.benchmark.evaluator import Evaluator
-from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part, task_points
+from pkm_gym.benchmark.interpolation import Cubic, Interpolation, Part, check_size, task_points
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.benchmark.session import Session
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.observation import FAMILY_EDGE
 
@@ -37,26 +37,23 @@ class Ladder:
     """What is known of the training tasks, and how to climb from it to a new task's optimum.
 
     Args:
-        problem: the pool's problem.
-        pool: solved tasks.
+        view: of the problem.
+        training: solved tasks.
 
     Raises:
-        ValueError: if the pool has too few solvable tasks.
+        ValueError: if there are too few solvable tasks.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        drawn = [variable.drawn for variable in problem.task_variables]
-        solvable, needed = int(pool.solvable.sum()), 2 * (sum(drawn) + 1)
-        if solvable < needed:
-            raise ValueError(
-                f"the pool has {solvable} solvable tasks: interpolation needs {needed}"
-            )
-        self.interpolation = Interpolation(problem, pool)
-        self.optima = KnownOptima(problem, pool)
+    def __init__(self, view: View, training: Training) -> None:
+        drawn = [variable.drawn for variable in view.task_variables]
+        check_size(view, training)
+        self.interpolation = Interpolation(view, training)
+        self.optima = KnownOptima(view, training)
+        self.optima.measure()
         self._column = np.cumsum(drawn) - 1  # of a task's field among those that are drawn
-        self._plain = self._all_tasks(problem, pool)
+        self._plain = self._all_tasks(view, training)
 
-    def climb(self, evaluator: Evaluator, rungs: int) -> None:
+    def climb(self, session: Session, rungs: int) -> None:
         """Evaluate the rungs of a task, at most so many.
 
         What an evaluation says of the active constraints is laid on their limits: where one is
@@ -64,8 +61,8 @@ class Ladder:
         reached, of a task whose limit is looser. A limit that is broken unforeseen asks for another
         part of the interpolation.
         """
-        task = evaluator.task
-        point = task_points(evaluator.problem, task[None])[0]
+        task = session.task
+        point = task_points(session.view, task[None])[0]
         parts = self._parts(point)
         part = next(parts)
         margin = MARGIN
@@ -73,7 +70,7 @@ class Ladder:
         for _ in range(rungs):
             places = part.designs(rung.point[None]) + rung.shift
             design = self.interpolation.in_box(places)[0]
-            constraints = evaluator.evaluate(design).constraints[0]
+            constraints = session.evaluate(design).constraints[0]
             broken = constraints > margin
             if part is not self._plain and (broken & ~part.active).any():
                 part = next(p for p in parts if p is self._plain or not (broken & ~p.active).any())
@@ -108,10 +105,10 @@ class Ladder:
             slope = self.optima.slope(task, constraint)
             rung.point[self._column[field]] += amount * width / slope
 
-    def _all_tasks(self, problem: DesignProblem, pool: Pool) -> Part:
+    def _all_tasks(self, view: View, training: Training) -> Part:
         """Return the part of all solvable tasks, whatever limits are active: kinks and all."""
-        kept = pool.solvable
-        points = task_points(problem, pool.tasks[kept])
-        places = (pool.designs[kept] - problem.low) / (problem.high - problem.low)
+        kept = training.solvable
+        points = task_points(view, training.tasks[kept])
+        places = (training.designs[kept] - view.low) / (view.high - view.low)
         through = Cubic.through(points, places)
-        return Part(np.zeros(len(problem.constraint_names), dtype=bool), through, through)
+        return Part(np.zeros(len(view.constraint_names), dtype=bool), through, through)

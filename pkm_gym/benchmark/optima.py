@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.solve import ACTIVE
 from pkm_gym.core.types import BoolArray, FloatArray
 
@@ -22,23 +22,26 @@ class KnownOptima:
     """Solved tasks, measured in the widths of the Family's ranges.
 
     Args:
-        problem: the pool's problem.
-        pool: solved tasks, at least one of them solvable.
+        view: of the problem.
+        training: solved tasks, at least one of them solvable.
     """
 
-    def __init__(self, problem: DesignProblem, pool: Pool) -> None:
-        self._problem = problem
-        self._low, high = np.array([(v.low, v.high) for v in problem.task_variables]).T
+    def __init__(self, view: View, training: Training) -> None:
+        self._view, self._training = view, training
+        self._low, high = np.array([(v.low, v.high) for v in view.task_variables]).T
         self._width = np.where(high > self._low, high - self._low, 1.0)
-        self._tasks, self._designs = pool.tasks[pool.solvable], pool.designs[pool.solvable]
+        self._rows = np.flatnonzero(training.solvable)
+        self._tasks, self._designs = training.tasks[self._rows], training.designs[self._rows]
         self._tree = KDTree((self._tasks - self._low) / self._width)
-        self._slopes = {
-            i: self._slope_of(i)
-            for i, variable in enumerate(problem.task_variables)
-            if variable.drawn and problem.declared.side_of(variable.name)
-        }
-        moved = {i: np.flatnonzero(slopes.any(axis=0)) for i, slopes in self._slopes.items()}
-        self._limits = {int(j[0]): i for i, j in moved.items() if len(j) == 1}
+
+    def measure(self) -> None:
+        """Evaluate what the limits move, and what designs do where no limit moves a constraint.
+
+        While a method prepares: what a session asks for is then known.
+        """
+        alone = self._training.active[self._rows].any(axis=0)
+        if any(self.limit_of(j) is None for j in np.flatnonzero(alone).tolist()):
+            _ = self._slopes_over_designs
 
     def nearest(self, task: FloatArray, n: int) -> FloatArray:
         """Return the optimal designs (n, d) of the tasks nearest to a packed task (m,)."""
@@ -70,17 +73,33 @@ class KnownOptima:
         return np.asarray(-ways[:, own], dtype=float)
 
     @cached_property
+    def _limits(self) -> dict[int, int]:
+        """Constraint -> the field of the limit that moves it and no other."""
+        moved = {i: np.flatnonzero(slopes.any(axis=0)) for i, slopes in self._slopes.items()}
+        return {int(j[0]): i for i, j in moved.items() if len(j) == 1}
+
+    @cached_property
+    def _slopes(self) -> dict[int, FloatArray]:
+        """Field of a limit -> the slope of each constraint (n, c) over it, at the known optima."""
+        before = self._training.evaluate(self._designs, self._rows).constraints
+        return {
+            i: self._slope_of(i, before)
+            for i, variable in enumerate(self._view.task_variables)
+            if variable.drawn and variable.name in self._view.sides
+        }
+
+    @cached_property
     def _slopes_over_designs(self) -> FloatArray:
         """The slope of each constraint (n, c, d) over the box at the known optima.
 
         It is 0 where a bound is active.
         """
-        low, span = self._problem.low, self._problem.high - self._problem.low
+        low, span = self._view.low, self._view.high - self._view.low
         places = (self._designs - low) / span
         slopes = []
         for step in STEP * np.eye(len(low)):
             below, above = (
-                self._problem.evaluate(low + span * (places + way), self._tasks).constraints
+                self._training.evaluate(low + span * (places + way), self._rows).constraints
                 for way in (-step, step)
             )
             slopes.append((above - below) / (2.0 * STEP))
@@ -91,14 +110,11 @@ class KnownOptima:
         n = min(n, len(self._designs))
         return np.atleast_1d(self._tree.query((task - self._low) / self._width, k=n)[1])
 
-    def _slope_of(self, field: int) -> FloatArray:
-        """Return the slope of each constraint (n, c) over a limit, at the known optima."""
+    def _slope_of(self, field: int, before: FloatArray) -> FloatArray:
+        """Return the slope of each constraint (n, c), ``before`` at the optima, over a limit."""
         middle = self._low[field] + 0.5 * self._width[field]
         inward = np.where(self._tasks[:, field] > middle, -PROBE, PROBE)
-        moved = self._tasks.copy()
-        moved[:, field] += inward * self._width[field]
-        before, after = (
-            self._problem.evaluate(self._designs, tasks).constraints
-            for tasks in (self._tasks, moved)
-        )
+        moved = self._tasks[:, field] + inward * self._width[field]
+        name = self._view.task_variables[field].name
+        after = self._training.evaluate(self._designs, self._rows, {name: moved}).constraints
         return (after - before) / inward[:, None]

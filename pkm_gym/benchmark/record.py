@@ -11,7 +11,10 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from pkm_gym.core.declaration import SPLITS
+from pkm_gym.core.names import unknown
 from pkm_gym.core.pool import write_npz
+from pkm_gym.core.reading import about, check_arrays, read_npz
 from pkm_gym.core.types import FloatArray
 
 
@@ -69,18 +72,25 @@ class EvaluationLog:
         rows: array (n,), which tasks of the split.
         designs: array (n, budget, d), NaN after the last evaluation.
         seconds: array (n,), wall time on each task.
+        learned: array (n,), designs evaluated on training tasks in each task's session.
+        outside: array (n,), designs evaluated past the door on each task, or while its method
+            prepared. A log with any isn't ranked.
         version: of pkm_gym.
         command: what wrote it.
-        training: what the method cost before the first task, besides the pool.
+        training: what the method cost before the first task, besides the pool, as it states.
+        preparation: what it evaluated on training tasks before the first one, and its time.
     """
 
     setting: Setting
     rows: npt.NDArray[np.int64]
     designs: FloatArray
     seconds: FloatArray
+    learned: npt.NDArray[np.int64]
+    outside: npt.NDArray[np.int64]
     version: str
     command: str
     training: Cost = Cost()
+    preparation: Cost = Cost()
 
     def __len__(self) -> int:
         """Return the number of tasks."""
@@ -93,24 +103,25 @@ class EvaluationLog:
 
     def joined(self, other: EvaluationLog) -> EvaluationLog:
         """Return this log with the tasks of another part of the same run."""
-        rows = np.concatenate([self.rows, other.rows])
-        order = np.argsort(rows, kind="stable")
-        return replace(
-            self,
-            rows=rows[order],
-            designs=np.concatenate([self.designs, other.designs])[order],
-            seconds=np.concatenate([self.seconds, other.seconds])[order],
-        )
+        order = np.argsort(np.concatenate([self.rows, other.rows]), kind="stable")
+        parts = [self.preparation, other.preparation]  # every process prepares the same
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)])[order]
+            for name in ARRAYS
+        }
+        return replace(self, **arrays, preparation=max(parts, key=lambda cost: cost.evaluations))
 
     def only(self, rows: npt.NDArray[np.int64]) -> EvaluationLog:
         """Return the part of these tasks; all of them must be there."""
         at = np.searchsorted(self.rows, rows)
-        return replace(self, rows=self.rows[at], designs=self.designs[at], seconds=self.seconds[at])
+        arrays: dict[str, Any] = {name: getattr(self, name)[at] for name in ARRAYS}
+        return replace(self, **arrays)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the log; the file appears whole or not at all."""
         content = {name: getattr(self, name) for name in ARRAYS + TEXTS}
-        content |= dict(zip(COST, astuple(self.training), strict=True))
+        costs = astuple(self.training) + astuple(self.preparation)
+        content |= dict(zip(COSTS, costs, strict=True))
         write_npz(path, content | {name: getattr(self.setting, name) for name in SETTINGS})
 
     @classmethod
@@ -123,57 +134,87 @@ class EvaluationLog:
         """
         content = _read(Path(path))
         setting = Setting(**{name: kind(content[name]) for name, kind in SETTINGS.items()})
-        for wrong in _impossible(setting, content):
-            raise ValueError(f"{str(path)!r} is no log of a run: {wrong}")
+        with about(path, "log of a run"):
+            for wrong in _impossible(setting, content):
+                raise ValueError(wrong)
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         values |= {name: str(content[name]) for name in TEXTS}
-        evaluations, seconds = (content[name] for name in COST)
-        return cls(setting, **values, training=Cost(int(evaluations), float(seconds)))
+        costs = [content[name] for name in COSTS]
+        training, preparation = (
+            Cost(int(n), float(s)) for n, s in zip(costs[::2], costs[1::2], strict=True)
+        )
+        return cls(setting, **values, training=training, preparation=preparation)
 
 
-ARRAYS = ("rows", "designs", "seconds")
+ARRAYS = ("rows", "designs", "seconds", "learned", "outside")
 TEXTS = ("version", "command")
-COST = ("training_evaluations", "training_seconds")
+COSTS = (
+    "training_evaluations", "training_seconds", "preparation_evaluations", "preparation_seconds",
+)  # fmt: skip
 TRACKS = {"start": ("given", "free"), "knowledge": ("transfer", "scratch")}
 KINDS = {"str": str, "int": int, "float": float}
 SETTINGS: dict[str, Any] = {item.name: KINDS[str(item.type)] for item in fields(Setting)}
+DTYPES = {str: "U", int: "iu", float: "iuf"}
+WANTED: dict[str, tuple[str, tuple[int | str, ...]]] = {
+    "rows": ("iu", ("n",)),
+    "designs": ("f", ("n", "budget", "d")),
+    "seconds": ("f", ("n",)),
+    **dict.fromkeys(TEXTS, ("U", ())),
+    **dict.fromkeys(("learned", "outside"), ("iu", ("n",))),
+    **dict.fromkeys(COSTS, ("iuf", ())),
+    **{name: (DTYPES[kind], ()) for name, kind in SETTINGS.items()},
+}
+
+
+# What older logs don't say: the problem's own splits, and nothing of what is counted since.
+_OLDER = {
+    "folder": "", "learned": None, "outside": None, "preparation_evaluations": 0,
+    "preparation_seconds": 0.0,
+}  # fmt: skip
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     wanted = "expected an npz file as EvaluationLog.save writes it"
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            content = {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        raise ValueError(f"{str(path)!r} does not exist: {wanted}") from None
-    except Exception:  # zip, zlib, npy headers and pickles: each raises its own
-        raise ValueError(f"{str(path)!r} is damaged or no npz file: {wanted}") from None
-    content.setdefault("folder", np.array(""))  # of the problem's own splits: older logs say none
-    missing = [name for name in (*ARRAYS, *TEXTS, *COST, *SETTINGS) if name not in content]
-    if missing:
-        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {wanted}")
-    n = len(content["rows"])
-    if content["designs"].ndim != 3 or {len(content[name]) for name in ARRAYS} != {n}:
-        raise ValueError(f"{str(path)!r} has arrays that do not fit each other: {wanted}")
+    content = read_npz(path, wanted)
+    nothing = np.zeros(np.shape(content.get("rows", ())), dtype=np.int64)
+    for name, said in _OLDER.items():
+        content.setdefault(name, nothing if said is None else np.array(said))
+    with about(path, "log of a run"):
+        check_arrays(content, WANTED)
     return content
 
 
 def _impossible(setting: Setting, content: dict[str, np.ndarray]) -> Iterator[str]:
     """Yield what no run writes."""
-    for name, allowed in TRACKS.items():
-        if (own := getattr(setting, name)) not in allowed:
-            yield f"{name} is {own!r}, it must be {' or '.join(allowed)}"
-    rows, designs, seconds = (content[name] for name in ARRAYS)
-    if rows.dtype.kind not in "iu" or rows.ndim != 1 or (np.diff(rows, prepend=-1) <= 0).any():
+    rows, designs, seconds, *counts = (content[name] for name in ARRAYS)
+    if (np.diff(rows, prepend=-1) <= 0).any():
         yield "its rows must number different tasks, in their order"
-    if designs.dtype.kind != "f" or designs.shape[1] != setting.budget:
-        yield f"its designs must be numbers, {setting.budget} designs a task"
+    if designs.shape[1] != setting.budget:
+        yield f"it must hold {setting.budget} designs a task"
+    if any((count < 0).any() for count in counts):
+        yield "its counts of evaluations must be whole numbers from 0 on"
     evaluated = np.isfinite(designs).all(axis=2)
     if (np.isnan(designs).all(axis=2) == evaluated).any() or np.diff(evaluated * 1).max(initial=0):
         yield "its designs must be finite up to the last that was evaluated, and NaN after it"
-    costs = [content[name] for name in COST]
-    times = np.concatenate([seconds.ravel(), [setting.delay, setting.noise], costs])
-    if (times < 0.0).any() or not np.isfinite(times[:-1]).all():
+    costs = [content[name] for name in COSTS]
+    times = np.concatenate([seconds, [setting.delay, setting.noise], costs])
+    unstated = int(np.isnan(costs[1]))  # the seconds of a training may be
+    if (times < 0.0).any() or np.isfinite(times).sum() + unstated != len(times):
         yield "times, costs and noise must be numbers from 0 on"
-    if (setting.pool > 0) != (setting.knowledge == "transfer"):
-        yield f"it knew {setting.pool} training tasks in the track {setting.knowledge!r}"
+    yield from _impossible_track(setting, int(content["training_evaluations"]))
+
+
+def _impossible_track(setting: Setting, trained: int) -> Iterator[str]:
+    """Yield what contradicts the split or the track that is stated."""
+    if setting.split not in SPLITS:
+        yield unknown("split", setting.split, SPLITS)
+    for name, allowed in TRACKS.items():
+        if (own := getattr(setting, name)) not in allowed:
+            yield f"{name} is {own!r}, it must be {' or '.join(allowed)}"
+    if setting.knowledge == "scratch" and (setting.pool or trained):
+        yield (
+            f"it knew {setting.pool} training tasks and was trained with {trained} evaluations in "
+            "the track 'scratch'"
+        )
+    if setting.knowledge == "transfer" and not (setting.pool or trained):
+        yield "in the track 'transfer' it knew no training tasks and had no training"

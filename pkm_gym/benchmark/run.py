@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import version
 from multiprocessing import get_context
@@ -19,13 +21,23 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from pkm_gym.benchmark.evaluator import Evaluator, Spent
-from pkm_gym.benchmark.methods import Method, Search, find_method
+from pkm_gym.benchmark.methods import (
+    Method,
+    Search,
+    evaluated_on_import,
+    find_method,
+    method_module,
+)
 from pkm_gym.benchmark.record import Cost, EvaluationLog, Setting
 from pkm_gym.benchmark.scoring import regrets
-from pkm_gym.benchmark.splits import count_tasks, load_split, sha256, split_file
+from pkm_gym.benchmark.session import Session, Spent
+from pkm_gym.benchmark.sources import sources
+from pkm_gym.benchmark.splits import closed_to, count_tasks, load_split, sha256, split_file
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import lasting
 
@@ -33,6 +45,10 @@ CHUNK = 4  # tasks between two savings
 
 Rows = npt.NDArray[np.int64]
 Keep = Callable[[EvaluationLog], None]
+
+
+class Failed(ValueError):  # noqa: N818  # it says so of a method
+    """A method ended otherwise than it should; the sentence says how."""
 
 
 def setting(
@@ -55,7 +71,8 @@ def setting(
         method: its name, or "module:attribute".
         seed: of its random numbers.
         evaluations: allowed on each task, if the method takes so many.
-        pool: how many of the training tasks a *transfer* method may know, all of them if None.
+        pool: how many of the training tasks a *transfer* method may know, all of them if None; one
+            that was trained before is taken to know all.
         noise: standard deviation of the relative error in what the method is told.
         delay: seconds that each evaluation takes longer.
         folder: of the splits; see ``load_split``.
@@ -84,12 +101,12 @@ def setting(
         hash=problem.hash(),
         sha256=sha256(split_file(problem, split, folder)),
         method=method,
-        source=_source(chosen, lasts),
+        source=_source(chosen, method, lasts),
         start=chosen.start,
         knowledge=chosen.knowledge,
         seed=seed,
         budget=min(evaluations, chosen.evaluations),
-        pool=(pool or trained) if transfer else 0,
+        pool=(trained if chosen.training else pool or trained) if transfer else 0,
         noise=noise,
         delay=delay,
         folder=str(folder or ""),
@@ -101,9 +118,11 @@ def splits_folder(setting: Setting) -> Path | None:
     return Path(setting.folder) if setting.folder else None
 
 
-def _source(method: Method, name: str) -> str:
+def _source(method: Method, called: str, name: str) -> str:
     """Return the sha256 of the files that a method's results on a problem depend on."""
-    files = [Path(inspect.getfile(method.prepare)), *(method.files(name) if method.files else ())]
+    modules = {method_module(called), getattr(method.prepare, "__module__", "")}
+    files = [path for module in sorted(modules) if module for path in sources(sys.modules[module])]
+    files += method.files(name) if method.files else ()
     return hashlib.sha256("".join(map(sha256, files)).encode()).hexdigest()
 
 
@@ -127,8 +146,8 @@ def run(
         command: what the log says wrote it.
 
     Raises:
-        ValueError: in one sentence, for a method that fails, leaves the bounds or beats a
-            certified optimum.
+        Failed: in one sentence, for a method that fails, or leaves the bounds.
+        ValueError: in one sentence, for one that beats a certified optimum.
     """
     problem, split = load_split(setting.problem, setting.split, splits_folder(setting))
     done = earlier_log or _empty(setting, problem, command)
@@ -148,6 +167,8 @@ def _empty(setting: Setting, problem: DesignProblem, command: str) -> Evaluation
         rows=np.empty(0, dtype=np.int64),
         designs=np.empty((0, setting.budget, len(problem.low))),
         seconds=np.empty(0),
+        learned=np.empty(0, dtype=np.int64),
+        outside=np.empty(0, dtype=np.int64),
         version=version("pkm_gym"),
         command=command,
         training=training(setting.problem) if training else Cost(),
@@ -160,17 +181,23 @@ def _parts(setting: Setting, chunks: list[Rows], jobs: int) -> Iterator[Evaluati
         return
     with _workers(jobs) as executor:
         for future in as_completed([executor.submit(_solve, setting, rows) for rows in chunks]):
-            yield future.result()
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                raise Failed(f"{setting.method} ended a process that it ran in") from None
 
 
 @contextmanager
 def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give processes that end with this one, at Ctrl-C too."""
+    """Give processes that end with this one, at Ctrl-C and after a failure too."""
     executor = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_alone)
     try:
         yield executor
     except BaseException:
+        processes = list((executor._processes or {}).values())
         executor.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
         raise
     executor.shutdown()
 
@@ -187,15 +214,31 @@ class _Prepared(NamedTuple):
     problem: DesignProblem
     split: Pool
     method: Method
+    training: Training | None
     search: Search
+    cost: Cost
+    outside: int
 
 
 @lru_cache(maxsize=4)
 def _prepared(name: str, split: str, method: str, pool_size: int, folder: Path | None) -> _Prepared:
     problem, tasks = load_split(name, split, folder)
     chosen = find_method(method)
-    trained = load_split(name, "train", folder)[1] if pool_size else tasks
-    return _Prepared(problem, tasks, chosen, chosen.prepare(problem, trained.first(pool_size)))
+    training = None
+    if chosen.knowledge == "transfer":
+        training = Training(problem, load_split(name, "train", folder)[1].first(pool_size))
+    view, began, before = View.of(problem), time.process_time(), TALLY.designs
+    try:
+        with closed_to(method):
+            search = chosen.prepare(view, training)
+    except (Exception, SystemExit) as error:
+        raise Failed(f"{method} failed while it prepared: {_said(error)}") from error
+    learned = training.count if training else 0
+    if training:
+        training.close()
+    cost = Cost(learned, time.process_time() - began)
+    outside = evaluated_on_import(method) + TALLY.designs - before - learned
+    return _Prepared(problem, tasks, chosen, training, search, cost, outside)
 
 
 def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
@@ -206,19 +249,30 @@ def _solve(setting: Setting, rows: Rows) -> EvaluationLog:
     log = _empty(setting, prepared.problem, "")
     d = len(prepared.problem.low)
     designs = np.full((len(rows), setting.budget, d), np.nan)
-    seconds = np.empty(len(rows))
+    seconds, counts = np.empty(len(rows)), np.empty((2, len(rows)), dtype=np.int64)
     with threadpool_limits(limits=1):  # sums of matrices keep their order
         for i, row in enumerate(rows):
             began = time.perf_counter()
-            evaluated = _search(setting, prepared, int(row))
+            evaluated, *counts[:, i] = _search(setting, prepared, int(row))
             seconds[i] = time.perf_counter() - began
             designs[i, : len(evaluated)] = evaluated
-    return EvaluationLog(setting, rows, designs, seconds, log.version, log.command)
+    return replace(
+        log,
+        rows=rows,
+        designs=designs,
+        seconds=seconds,
+        learned=counts[0],
+        outside=counts[1],
+        preparation=prepared.cost,
+    )
 
 
-def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
-    """Return the designs (count, d) that the method evaluates on a task."""
-    evaluator = Evaluator(
+def _search(setting: Setting, prepared: _Prepared, row: int) -> tuple[FloatArray, int, int]:
+    """Return what the method evaluates on a task.
+
+    The designs (count, d), how many it evaluates on training tasks, and how many past the door.
+    """
+    session = Session(
         prepared.problem,
         prepared.split.tasks[row],
         budget=setting.budget,
@@ -227,13 +281,23 @@ def _search(setting: Setting, prepared: _Prepared, row: int) -> FloatArray:
         noise=setting.noise,
         delay=setting.delay,
     )
+    training = prepared.training
+    known, before = training.count if training else 0, TALLY.designs
     try:
-        prepared.search(evaluator)
+        with closed_to(setting.method):
+            prepared.search(session)
     except Spent:
         pass
-    except Exception as error:
-        raise ValueError(
-            f"{setting.method} failed on {setting.split} task {row} after {evaluator.count} "
-            f"evaluations: {type(error).__name__}: {error}"
+    except (Exception, SystemExit) as error:
+        raise Failed(
+            f"{setting.method} failed on {setting.split} task {row} after {session.count} "
+            f"evaluations: {_said(error)}"
         ) from error
-    return evaluator.designs
+    learned = training.count - known if training else 0
+    outside = TALLY.designs - before - session.count - learned
+    return session.designs, learned, abs(outside) + abs(prepared.outside)
+
+
+def _said(error: BaseException) -> str:
+    said = str(error).splitlines()
+    return f"{type(error).__name__}: {said[0]}" if said else type(error).__name__

@@ -9,7 +9,8 @@ tasks of each as the problem declares. One that declares none is no benchmark.
 from __future__ import annotations
 
 import hashlib
-import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -17,10 +18,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pkm_gym.core.declaration import SPLITS
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.files import read_bytes, whole_file
 from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import about, read_npz, read_toml, shaped
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import called, family_problem, lasting
 
@@ -51,6 +53,20 @@ class Entry:
     sha256: str
     evaluations: int
     seconds: float
+
+
+# The method that is being imported, prepared or run: it loads no split by itself.
+_closed_to: list[str] = []
+
+
+@contextmanager
+def closed_to(method: str) -> Iterator[None]:
+    """Refuse to load splits meanwhile: what a method may know of other tasks is handed to it."""
+    _closed_to.append(method)
+    try:
+        yield
+    finally:
+        _closed_to.pop()
 
 
 def draw(problem: DesignProblem, split: str) -> Drawn:
@@ -134,8 +150,13 @@ def load_split(name: str, split: str, folder: Path | None = None) -> tuple[Desig
 
     Raises:
         ValueError: in one sentence, for an unknown name, or a file that is missing, edited or of
-            another version of the problem.
+            another version of the problem; and for a method that is being run.
     """
+    if _closed_to:
+        raise ValueError(
+            f"{_closed_to[-1]} loads the split {split} itself: what a method may know of other "
+            "tasks is handed to its prepare, in the track transfer"
+        )
     problem = family_problem(name)
     check_split(problem, split)
     path = split_file(problem, split, folder)
@@ -156,16 +177,24 @@ def count_tasks(path: Path) -> int:
     """Return how many tasks a split's file has, 0 where there is no file."""
     if not path.exists():
         return 0
-    with np.load(path, allow_pickle=False) as archive:
-        return len(archive["optima"])
+    content = read_npz(path, "expected a split's file")
+    if content.get("optima", np.array(0)).ndim != 1:
+        raise ValueError(f"{str(path)!r} lacks optima: expected a split's file")
+    return len(content["optima"])
 
 
 def manifest(folder: Path = FOLDER) -> dict[str, Entry]:
-    """Return what is known of a folder's files, by name."""
+    """Return what is known of a folder's files, by name.
+
+    Raises:
+        ValueError: in one sentence that names the manifest, for a damaged one.
+    """
     path = folder / MANIFEST
     if not path.exists():
         return {}
-    return {name: Entry(**values) for name, values in tomllib.loads(path.read_text()).items()}
+    content = read_toml(path, "manifest of splits")
+    with about(path, "manifest of splits"):
+        return shaped(dict[str, Entry], content)
 
 
 def write_manifest(entries: dict[str, Entry], folder: Path = FOLDER) -> None:
@@ -184,4 +213,4 @@ def write_manifest(entries: dict[str, Entry], folder: Path = FOLDER) -> None:
 
 def sha256(path: Path) -> str:
     """Return the sha256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(path)).hexdigest()

@@ -25,6 +25,7 @@ from pkm_gym.benchmark.scoring import (
     violations,
 )
 from pkm_gym.benchmark.splits import count_tasks, load_split, manifest, sha256, split_file
+from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 
@@ -44,7 +45,10 @@ class Entry:
         version: of pkm_gym.
         command: what wrote its log.
         training: what the method cost before the first task, besides the pool.
+        preparation: what it evaluated on training tasks before the first one.
         pool: what it cost to solve the training tasks that it knew.
+        learned: evaluations on training tasks for each task, the mean.
+        outside: designs evaluated past the door; with any of them it isn't ranked.
         part: whether it knew only some of the training tasks.
     """
 
@@ -56,7 +60,10 @@ class Entry:
     version: str
     command: str
     training: Cost
+    preparation: Cost
     pool: Cost
+    learned: float
+    outside: int
     part: bool
 
     @property
@@ -96,9 +103,9 @@ class Entry:
 
     @property
     def cost(self) -> Cost:
-        """What was spent before the first task: its share of the pool, and its training."""
-        pool, own = self.pool, self.training
-        return Cost(pool.evaluations + own.evaluations, pool.seconds + own.seconds)
+        """What was spent before the first task: on the pool, in training, to prepare."""
+        parts = (self.pool, self.training, self.preparation)
+        return Cost(sum(part.evaluations for part in parts), sum(part.seconds for part in parts))
 
     @property
     def beaten(self) -> npt.NDArray[np.int64]:
@@ -127,8 +134,27 @@ def standings(logs: Sequence[EvaluationLog]) -> list[Entry]:
     return sorted(map(_entry, groups.values()), key=lambda entry: -entry.score.value)
 
 
-def _entry(logs: Sequence[EvaluationLog]) -> Entry:
-    setting = logs[0].setting
+def ranked(entries: Sequence[Entry]) -> list[Entry]:
+    """Return the entries without those that evaluated designs past the door."""
+    return [entry for entry in entries if not entry.outside]
+
+
+def check_log(log: EvaluationLog) -> None:
+    """Refuse a log of another version of a problem or its split, or of other tasks or designs.
+
+    Raises:
+        ValueError: in one sentence.
+    """
+    problem, split = _split_of(log.setting)
+    _check_designs(log, problem, len(split))
+
+
+def _split_of(setting: Setting) -> tuple[DesignProblem, Pool]:
+    """Return the problem and the split of a log's setting, as they were when it was run.
+
+    Raises:
+        ValueError: in one sentence, where there is none, or another version of them.
+    """
     folder = splits_folder(setting)
     problem, split = load_split(setting.problem, setting.split, folder)
     own = sha256(split_file(problem, setting.split, folder))
@@ -137,6 +163,12 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
             f"the log of {setting.method} belongs to another version of {problem.name} or its "
             f"{setting.split} split: run it again"
         )
+    return problem, split
+
+
+def _entry(logs: Sequence[EvaluationLog]) -> Entry:
+    setting = logs[0].setting
+    problem, split = _split_of(setting)
     rows = logs[0].rows
     for log in logs:
         _check_designs(log, problem, len(split))
@@ -155,8 +187,11 @@ def _entry(logs: Sequence[EvaluationLog]) -> Entry:
         version=logs[0].version,
         command=logs[0].command,
         training=logs[0].training,
+        preparation=logs[0].preparation,
         pool=_pool_cost(setting, problem),
-        part=0 < setting.pool < count_tasks(split_file(problem, "train", folder)),
+        learned=float(np.mean([log.learned.mean() if len(log) else 0.0 for log in logs])),
+        outside=max(int(log.outside.max(initial=0)) for log in logs),
+        part=0 < setting.pool < count_tasks(split_file(problem, "train", splits_folder(setting))),
     )
 
 
@@ -206,10 +241,10 @@ def compare(one: Entry, k: int, other: Entry, other_k: int) -> Duel:
 def pays_after(entry: Entry, others: Iterable[Entry], k: int = SCORED) -> float | None:
     """Return after how many tasks the cost before the first one is made up for.
 
-    Counted in evaluations: on each task the method needs k, and the fastest of the *scratch*
-    methods as many as bring its median regret as low; where none gets there, the largest number
-    that one was allowed, so that the answer is too large rather than too small. None if nothing is
-    saved.
+    Counted in evaluations: on each task the method needs k and what it evaluates on training tasks,
+    and the fastest of the *scratch* methods as many as bring its median regret as low; where none
+    gets there, the largest number that one was allowed, so that the answer is too large rather than
+    too small. None if nothing is saved.
     """
     target = entry.median(k)
     scratch = [other for other in others if other.setting.knowledge == "scratch"]
@@ -221,5 +256,5 @@ def pays_after(entry: Entry, others: Iterable[Entry], k: int = SCORED) -> float 
     fastest = min(needed, default=np.inf)
     if not np.isfinite(fastest):
         fastest = max((other.setting.budget for other in scratch), default=0)
-    saved = fastest - k
+    saved = fastest - k - entry.learned
     return entry.cost.evaluations / saved if saved > 0 else None

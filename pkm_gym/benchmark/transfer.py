@@ -2,61 +2,66 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.methods import Search, method
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.benchmark.scratch import descend
-from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.benchmark.scratch import UnitCube, descend, slsqp_inside
+from pkm_gym.benchmark.session import Session
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import View
 
 RUNGS = 12
 RUNGS_BEFORE = 6  # of COBYQA
 RADII = (0.002, 0.02, 0.2)  # of COBYQA's trust regions at first, shares of the range
 
 
-def parts_of_the_ladder(_name: str) -> list[Path]:
-    """Return the files that the ladder's results depend on."""
-    names = ("interpolation.py", "ladder.py", "optima.py")
-    return [Path(__file__).with_name(name) for name in names]
+@method(knowledge="transfer")
+def neighbours(view: View, training: Training) -> Search:
+    """Evaluate the optimal designs of the nearest training tasks, the nearest first."""
+    optima = KnownOptima(view, training)
+
+    def search(session: Session) -> None:
+        for design in optima.nearest(session.task, session.budget):
+            session.evaluate(design)
+
+    return search
 
 
 @method(knowledge="transfer")
-def neighbours(problem: DesignProblem, pool: Pool) -> Search:
-    """Evaluate the optimal designs of the nearest training tasks, the nearest first."""
-    optima = KnownOptima(problem, pool)
-
-    def search(evaluator: Evaluator) -> None:
-        for design in optima.nearest(evaluator.task, evaluator.budget):
-            evaluator.evaluate(design)
-
-    return search
-
-
-@method(knowledge="transfer", files=parts_of_the_ladder)
-def interpolated(problem: DesignProblem, pool: Pool) -> Search:
+def interpolated(view: View, training: Training) -> Search:
     """Evaluate the interpolated optimum, then that of a task with corrected limits, and so on."""
-    ladder = Ladder(problem, pool)
+    ladder = Ladder(view, training)
 
-    def search(evaluator: Evaluator) -> None:
-        ladder.climb(evaluator, RUNGS)
+    def search(session: Session) -> None:
+        ladder.climb(session, RUNGS)
 
     return search
 
 
-@method(knowledge="transfer", files=parts_of_the_ladder)
-def interpolated_cobyqa(problem: DesignProblem, pool: Pool) -> Search:
+@method(knowledge="transfer")
+def interpolated_cobyqa(view: View, training: Training) -> Search:
     """Climb a few rungs of the ladder, then go on with COBYQA from the best of them.
 
     When it has converged it starts again where it is, with a larger trust region.
     """
-    ladder = Ladder(problem, pool)
+    ladder = Ladder(view, training)
 
-    def search(evaluator: Evaluator) -> None:
-        ladder.climb(evaluator, RUNGS_BEFORE)
+    def search(session: Session) -> None:
+        ladder.climb(session, RUNGS_BEFORE)
         for radius in RADII:
-            descend(evaluator, evaluator.answer, radius)
+            descend(session, session.answer, radius)
+
+    return search
+
+
+@method(knowledge="transfer")
+def interpolated_slsqp(view: View, training: Training) -> Search:
+    """Climb a few rungs of the ladder, then go on with SLSQP from the best of them."""
+    ladder = Ladder(view, training)
+
+    def search(session: Session) -> None:
+        ladder.climb(session, RUNGS_BEFORE)
+        cube = UnitCube(session)
+        slsqp_inside(cube, cube.point(session.answer))
 
     return search

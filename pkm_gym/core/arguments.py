@@ -27,7 +27,9 @@ def chosen_objectives(
     known = {objective.name: objective for objective in declared}
     if names is None:
         return tuple(declared[:1])
-    chosen = (names,) if isinstance(names, str) else tuple(names)
+    chosen: tuple[Any, ...] = (names,)
+    if isinstance(names, Iterable) and not isinstance(names, str):
+        chosen = tuple(names)
     if not chosen or len(set(chosen)) < len(chosen):
         raise ValueError(f"objective is {names!r}: name one or several different objectives")
     check_known("objective", chosen, known)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from math import isfinite
+from pathlib import Path
 from typing import Any
+
+from pkm_gym.core.reading import about, read_toml, shaped
 
 FILE = "calibration.toml"
 
@@ -21,7 +23,27 @@ def package_file(package: str, name: str) -> Traversable | None:
         found = files(package).joinpath(name)
     except (ModuleNotFoundError, TypeError, ValueError):
         return None
-    return found if found.is_file() else None
+    there = found.exists() if isinstance(found, Path) else found.is_file()
+    return found if there else None
+
+
+@dataclass(frozen=True)
+class _Objective:
+    """What the file keeps of an objective."""
+
+    worst: float = WORST
+    scale: float = SCALE
+    powers: Mapping[str, float] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What the file keeps of a problem."""
+
+    command: str = ""
+    penalty_weight: float = PENALTY_WEIGHT
+    objectives: Mapping[str, _Objective] = field(default_factory=dict)
 
 
 def calibration(package: str, problem: str) -> Mapping[str, Any]:
@@ -33,17 +55,10 @@ def calibration(package: str, problem: str) -> Mapping[str, Any]:
     source = package_file(package, FILE)
     if source is None:
         return {}
-    again = f"make it again with `pkm-gym calibrate {problem}`"
     try:
-        found: Mapping[str, Any] = tomllib.loads(source.read_text(encoding="utf-8")).get(
-            problem, {}
-        )
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{source} is no TOML ({error}): {again}") from None
-    for numbers in (found, *found.get("objectives", {}).values()):
-        for name in ("penalty_weight", "worst", "scale"):
-            value = numbers.get(name, 1.0)
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not (number and isfinite(value)):
-                raise ValueError(f"{source} has {name} = {value!r}, no finite number: {again}")
+        found: Mapping[str, Any] = read_toml(source, "calibration").get(problem, {})
+        with about(source, "calibration"):
+            shaped(_Problem, found, problem)
+    except ValueError as error:
+        raise ValueError(f"{error}; make it again with `pkm-gym calibrate {problem}`") from None
     return found

@@ -12,7 +12,6 @@ numba's defaults are wrong for a library in three ways, all settled here:
 from __future__ import annotations
 
 import ctypes
-import os
 import sys
 import threading
 from collections.abc import Callable
@@ -31,6 +30,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 config: Any = numba.config
 njit: Any = numba.njit
+threading_layer: Any = numba.threading_layer  # type: ignore[attr-defined]  # numba exports it all the same
 
 # No "nnan" and no "ninf": a kernel may meet NaN and infinity and must answer for them. No "reassoc"
 # and no "contract": of two kernels that hold the same helper, compiled with each, the process uses
@@ -52,11 +52,23 @@ def _load_tbb() -> bool:
     return False
 
 
-_asked = os.environ.get("NUMBA_THREADING_LAYER")
-_loaded = _asked not in ("workqueue", "omp") and _load_tbb()
-if _asked is None:
-    config.THREADING_LAYER = "tbb" if _loaded else "workqueue"
-_THREAD_SAFE = config.THREADING_LAYER in ("tbb", "safe", "threadsafe", "omp")
+def _layer() -> str:
+    """Return the threading layer of parallel kernels: the user's, or else the one that is safe.
+
+    The user's is the one that runs already, or that NUMBA_THREADING_LAYER, numba's file of settings
+    or ``numba.config`` names.
+    """
+    try:
+        return str(threading_layer())
+    except ValueError:  # none runs
+        asked = str(config.THREADING_LAYER).lower()
+    loaded = asked not in ("workqueue", "omp") and _load_tbb()
+    if asked == "default":
+        asked = config.THREADING_LAYER = "tbb" if loaded else "workqueue"
+    return asked
+
+
+_THREAD_SAFE = _layer() in ("tbb", "safe", "threadsafe", "omp")
 _turn = nullcontext() if _THREAD_SAFE else threading.Lock()
 
 

@@ -16,6 +16,7 @@ from pkm_gym.core.options import Options
 from pkm_gym.core.rows import Index, Own, declared
 from pkm_gym.core.space import Space, searched_names
 from pkm_gym.core.task import Task, Variable
+from pkm_gym.core.units import converted, show, span
 
 SPACE = ("free", "fixed", "bounds")  # the arguments that choose what is searched
 SPLITS = {"train": 4096, "val": 256, "test": 256, "ood": 256}
@@ -70,6 +71,8 @@ class Declaration:
         version: raised by whatever changes the numbers.
         penalty_weight: w of the merit, more than the constraints' multipliers; from the calibration
             if not given.
+        products: what a task may be given in place of a ratio of it: the product of that field and
+            another, in the other's unit: {"h": ("h_ratio", "b")}.
         dimensions: names of derived dimensions, attributes of the mechanism, that can be given in
             place of variables.
         reference: file of the paper's numbers in the package; it may be missing.
@@ -77,16 +80,20 @@ class Declaration:
         evaluations: budget of an episode.
         motion: arguments of the environment that drives its twin where they aren't the defaults;
             None for a mechanism without a twin, or one that another problem's drives.
+        motion_environment: the part of its id that names the machine; ``environment`` if not given.
         family: ``free``, ``fixed``, ``bounds`` and options with which the Family's problem is made,
             its environment, splits and designers with it; kept as JSON holds them.
-        searches: how many searches of a task must agree before its optimum is certified.
+        searches: how many searches of a task must agree before its optimum is certified; 1 where
+            there are so many basins that most miss the best: what one finds is the best known.
         starts: from how many of them each search descends; 0: differential evolution searches.
         coarse: options of the cheaper problem on which starts are gathered by an evolution; empty
             where they are drawn.
+        finer: options under which limits are looked for more closely: machines that are drawn to
+            be built and driven hold theirs there, too.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
-        thorough: the ``effort`` of searches of val, test and ood; those of train have none.
+        thorough: the ``effort`` of searches of train, and of those of val, test and ood.
         splits: split -> number of tasks; empty where methods aren't measured on the Family.
         notes: standing warnings that hold for every design.
         measured: whether the penalty's weight is not declared but that of the calibration.
@@ -105,17 +112,20 @@ class Declaration:
     version: int = 1
     penalty_weight: float = nan
     dimensions: Sequence[str] = ()
+    products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     reference: str = "paper.toml"
     environment: str = ""
     evaluations: int = 12
     motion: Mapping[str, Any] | None = None
+    motion_environment: str = ""
     family: Mapping[str, Any] = field(default_factory=dict)
     searches: int = 2
     starts: int = 0
     coarse: Mapping[str, Any] = field(default_factory=dict)
+    finer: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
     evolutions: int = 0
-    thorough: int = 0
+    thorough: tuple[int, int] = (0, 0)
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))
     notes: Sequence[str] = ()
     measured: bool = field(default=False, init=False)
@@ -138,8 +148,9 @@ class Declaration:
                     f"{', '.join(SPLITS)}, with at least 1"
                 )
         object.__setattr__(self, "constraints", tuple(self.constraints))
-        if not self.environment:
-            object.__setattr__(self, "environment", environment_name(self.name))
+        environment = self.environment or environment_name(self.name)
+        object.__setattr__(self, "environment", environment)
+        object.__setattr__(self, "motion_environment", self.motion_environment or environment)
         own = [item.name for item in self.own_limits]
         if own[:1] != ["dimensions"] or self.constraints[:1] != ("dimensions",):
             raise TypeError(
@@ -207,7 +218,7 @@ class Declaration:
             known = (*SPACE, *(item.name for item in self.options.table()))
             check_known("argument", self.family, known)
             Space.chosen(self.variables, {}, **spaces)
-            for some in (options, self.coarse):
+            for some in (options, self.coarse, self.finer):
                 self.options.of(some)
             kept = json.loads(json.dumps(dict(self.family)))
         except (TypeError, ValueError) as error:
@@ -247,10 +258,12 @@ class Declaration:
         names = [free] if isinstance(free, str) else free
         words = [f"free {', '.join(names)}"] if names else []
         for name, (low, high) in self.family.get("bounds", {}).items():
-            words.append(f"{name} from {low:.4g} to {high:.4g} {units[name]}".rstrip())
-        values = {k: x for k, x in self.family.items() if k not in SPACE}
-        values |= self.family.get("fixed", {})
-        return "; ".join([*words, *(f"{name} = {value}" for name, value in values.items())])
+            unit = converted(0.0, units[name])[1]
+            words.append(f"{name} from {span(low, high, units[name])} {unit}".rstrip())
+        words += [f"{k} = {x}" for k, x in self.family.items() if k not in SPACE]
+        fixed = self.family.get("fixed", {})
+        words += [f"{name} = {show(value, units[name])}" for name, value in fixed.items()]
+        return "; ".join(words)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

@@ -20,10 +20,11 @@ from pkm_gym.core.types import BoolArray, FloatArray
 
 STEP = 1e-7  # of the unit box, of finite differences
 DRAWN = 32  # designs that are drawn for each start
-WORKING = 12  # pieces that a descent begins with, at least; as many join in an exchange
+WORKING = 24  # pieces that a descent begins with, at least; as many join in an exchange
 EXCHANGES = 12
 ITERATIONS = 120
-CONVERGED = 1e-13
+CONVERGED = 1e-13  # where searches must agree
+ENOUGH = 1e-10  # where there is one, but in its polish
 GATHERED = 0.15  # a share of the range: how far a descent from a gathered start may go
 ROOM = 1e-10  # that is kept to every limit, for rounding
 
@@ -50,6 +51,7 @@ def descend(
     coarse = problem.declared.coarse if near is None else {}
     cheap = problem.with_task(None, **coarse) if coarse else None
     count = 2**effort * problem.declared.starts
+    enough = ENOUGH if problem.declared.searches == 1 and near is None else CONVERGED
     for k, (task, own) in enumerate(zip(tasks, generator.spawn(n), strict=True)):
         if near is not None:
             starts = near[k : k + 1]
@@ -63,7 +65,7 @@ def descend(
             [
                 _descent(
                     problem, task, start, np.maximum(problem.low, start - reach),
-                    np.minimum(problem.high, start + reach), found,
+                    np.minimum(problem.high, start + reach), found, enough,
                 )
                 for start in starts
             ]
@@ -109,6 +111,7 @@ def _descent(
     low: FloatArray,
     high: FloatArray,
     found: Search,
+    enough: float,
 ) -> FloatArray:
     """Return where a descent from a start (d,) within low and high (d,) ends."""
     span = high - low
@@ -123,7 +126,7 @@ def _descent(
     working = np.zeros(len(limits), dtype=bool)
     working[_largest(limits)] = True
     for _ in range(EXCHANGES):
-        x = _slsqp(_Memory(values), x, working)
+        x = _slsqp(_Memory(values), x, working, enough)
         limits = values(x[None])[0, 1:]
         broken = (limits > TOLERANCE - 0.5 * ROOM) & ~working
         if not broken.any():
@@ -137,25 +140,31 @@ def _largest(limits: FloatArray) -> npt.NDArray[np.intp]:
 
 
 class _Memory:
-    """Values and gradients of the pieces at the point that was asked for last."""
+    """Values of the pieces at the point that was asked for last, and gradients if it was asked."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
         self._x: FloatArray | None = None
-        self.values = self.gradients = np.empty(0)
+        self.values = self._gradients = np.empty(0)
 
     def at(self, x: FloatArray) -> _Memory:
-        """Take values (p,) and gradients (p, d) at a point (d,) of the unit box."""
+        """Take the values (p,) at a point (d,) of the unit box."""
         if self._x is None or not np.array_equal(x, self._x):
-            step = np.where(x > 0.5, -STEP, STEP)
-            rows = self._values(np.concatenate([x[None], x + np.diag(step)]))
-            self._x, self.values = x.copy(), rows[0]
-            # in one piece: SLSQP misreads a view with strides
-            self.gradients = np.ascontiguousarray(((rows[1:] - rows[0]) / step[:, None]).T)
+            self._x, self.values, self._gradients = x.copy(), self._values(x[None])[0], np.empty(0)
         return self
 
+    @property
+    def gradients(self) -> FloatArray:
+        """The gradients (p, d) there: a step that a line search refuses needs none."""
+        if not self._gradients.size and self._x is not None:
+            step = np.where(self._x > 0.5, -STEP, STEP)
+            rows = self._values(self._x + np.diag(step))
+            # in one piece: SLSQP misreads a view with strides
+            self._gradients = np.ascontiguousarray(((rows - self.values) / step[:, None]).T)
+        return self._gradients
 
-def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray) -> FloatArray:
+
+def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray, enough: float) -> FloatArray:
     """Return the point (d,) of the unit box that SLSQP finds with some of the limits."""
     from scipy.optimize import minimize
 
@@ -171,7 +180,7 @@ def _slsqp(memory: _Memory, x: FloatArray, working: BoolArray) -> FloatArray:
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(x),
         constraints=[limits],
-        options={"maxiter": ITERATIONS, "ftol": CONVERGED},
+        options={"maxiter": ITERATIONS, "ftol": enough},
     )
     end = result.x
     return np.clip(end, 0.0, 1.0) if np.isfinite(end).all() else x

@@ -114,3 +114,27 @@ def squared_singular_values3(
 def _squared_length(p: float, q: float, r: float, x: float, y: float, z: float) -> float:
     """Return the squared Frobenius norm of a symmetric matrix: diagonal, then off it."""
     return p * p + q * q + r * r + 2.0 * (x * x + y * y + z * z)
+
+
+@formula
+def squared_segment_distance(
+    wx: float, wy: float, wz: float,
+    ux: float, uy: float, uz: float,
+    vx: float, vy: float, vz: float,
+) -> float:  # fmt: skip
+    """Return the squared distance of segments along u and v, w from the start of v to that of u."""
+    uu, vv = dot3(ux, uy, uz, ux, uy, uz), dot3(vx, vy, vz, vx, vy, vz)
+    uv = dot3(ux, uy, uz, vx, vy, vz)
+    uw, vw = dot3(ux, uy, uz, wx, wy, wz), dot3(vx, vy, vz, wx, wy, wz)
+    across = uu * vv - uv * uv
+    s = unit_share((uv * vw - vv * uw) / across) if across > 1e-12 * uu * vv else 0.0
+    t = unit_share((uv * s + vw) / vv)
+    s = unit_share((uv * t - uw) / uu)
+    dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+    return dot3(dx, dy, dz, dx, dy, dz)
+
+
+@formula
+def unit_share(t: float) -> float:
+    """Return t within [0, 1]."""
+    return min(1.0, max(0.0, t))

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -29,7 +29,8 @@ class Link(NamedTuple):
 class IndexMap(NamedTuple):
     """A local index over poses; the design's index is its extreme or mean over the workspace.
 
-    ``drawn`` is False where the extreme may lie outside of what pictures show of the workspace.
+    ``drawn`` is False where the extreme may lie outside of what pictures show of the workspace;
+    ``doc`` says what it is at one pose, in a few words: a picture's title.
     """
 
     name: str
@@ -37,6 +38,7 @@ class IndexMap(NamedTuple):
     kind: Literal["max", "min", "mean"]
     values: FloatArray
     drawn: bool = True
+    doc: str = ""
 
     def worst(self) -> int | None:
         """Return where, among the flattened values, the extreme is; None for a mean."""
@@ -106,6 +108,10 @@ class Mechanism(ABC):
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the twist (..., k) of a pose that changes at ``pose_rate`` (..., k)."""
 
+    def real(self) -> Self:
+        """Return the machine that a twin is built of: itself, unless it is idealised."""
+        return self
+
     @property
     def turning(self) -> int:
         """How many entries of a twist, the first ones, are angular velocities."""
@@ -145,6 +151,10 @@ class Mechanism(ABC):
     def symmetries(self) -> tuple[Symmetry, ...]:
         """Return what maps the machine to itself; what they do one after the other follows."""
         return ()
+
+    def passive_lengths(self, pose: FloatArray) -> FloatArray:
+        """Return the lengths (..., k), m, of the limbs without a motor; none if not overridden."""
+        return np.empty((*np.shape(pose)[:-1], 0))
 
     # Where limits are looked for ------------------------------------------------------------------
 

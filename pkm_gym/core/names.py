@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 
@@ -26,6 +28,16 @@ def check_known(kind: str, names: Iterable[object], known: Iterable[str]) -> Non
     for name in names:
         if name not in allowed:
             raise ValueError(unknown(kind, name, allowed))
+
+
+def module_of_yours(name: str) -> ModuleType:
+    """Import a module that a user names; the current folder is the last place that is looked at.
+
+    An installed command doesn't have that folder on its path.
+    """
+    if "" not in sys.path:
+        sys.path.append("")
+    return import_module(name)
 
 
 def imported(where: str) -> Any:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from math import inf, isfinite
+from math import inf
 from typing import Any, Self
 
 from pkm_gym.core.names import check_known
+from pkm_gym.core.reading import is_number
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,7 @@ class Option:
         if isinstance(example, bool):
             return isinstance(value, bool)
         kinds = int if isinstance(example, int) else (int, float)
-        if isinstance(value, bool) or not isinstance(value, kinds):
-            return False
-        return isfinite(value) and self.low <= value <= self.high
+        return is_number(value) and isinstance(value, kinds) and self.low <= value <= self.high
 
 
 def option(

@@ -274,13 +274,16 @@ class PlanarMachine(Mechanism):
         """Return the maps of local indices."""
         larger, smaller = local["sigma_max"], local["sigma_min"]
         alpha, beta = (_angle(local[name]) for name in ("sin_alpha", "sin_beta"))
+        condition, sine = larger / smaller, local["sin_alpha"]
+        one, two = "larger singular value of l1 J", "smaller singular value of l1 J"
+        rods, elbows = "between the rods", "at the elbows, the smaller one"
         return {
-            "sigma_max": IndexMap("sigma_max", "", "max", larger),
-            "sigma_min": IndexMap("sigma_min", "", "min", smaller),
-            "condition": IndexMap("condition", "", "max", larger / smaller),
-            "alpha_min": IndexMap("alpha", "rad", "min", alpha),
-            "beta_min": IndexMap("beta", "rad", "min", beta),
-            "sin_alpha": IndexMap("sin_alpha", "", "min", local["sin_alpha"]),
+            "sigma_max": IndexMap("sigma_max", "", "max", larger, doc=one),
+            "sigma_min": IndexMap("sigma_min", "", "min", smaller, doc=two),
+            "condition": IndexMap("condition", "", "max", condition, doc="condition number of J"),
+            "alpha_min": IndexMap("alpha", "rad", "min", alpha, doc=f"transmission angle {rods}"),
+            "beta_min": IndexMap("beta", "rad", "min", beta, doc=f"transmission angle {elbows}"),
+            "sin_alpha": IndexMap("sin_alpha", "", "min", sine, doc="sin alpha"),
         }
 
     def explain_reach(self, broken: list[str]) -> list[str]:

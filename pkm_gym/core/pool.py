@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import check_arrays, read_npz
 from pkm_gym.core.solve import Solutions
 from pkm_gym.core.types import BoolArray, FloatArray
 
@@ -20,6 +22,7 @@ ARRAYS = (
     "certified",
 )  # fmt: skip
 TEXTS = ("hash", "command")
+OLDEST = ARRAYS[:6]  # what any file has
 
 # Within this share of it an optimum must be what an older file says, for the file to be renewed.
 RENEWED = 1e-9
@@ -61,7 +64,7 @@ class Pool:
 
     def first(self, n: int) -> Self:
         """Return the pool of the first n tasks."""
-        return replace(self, **{name: getattr(self, name)[:n] for name in ARRAYS})
+        return self.only(np.arange(len(self))[:n])
 
     @classmethod
     def from_solutions(
@@ -94,12 +97,25 @@ class Pool:
             ValueError: in one sentence naming the file and what was expected, if it is missing,
                 unreadable, damaged, no pool at all or another problem's.
         """
-        content = _read(Path(path), problem)
-        complaint = next(_complaints(content, problem), None)
-        if complaint:
-            raise ValueError(f"{str(path)!r} {complaint}: {_wanted(problem)}")
+        content = _read(Path(path), problem, ARRAYS + TEXTS)
         values: dict[str, Any] = {name: content[name] for name in ARRAYS}
         return cls(**values, hash=problem.hash(), command=str(content["command"]))
+
+    def check(self, problem: DesignProblem) -> None:
+        """Refuse a pool of another problem, or one that doesn't fit together.
+
+        Raises:
+            ValueError: in one sentence.
+        """
+        try:
+            content = {name: np.asarray(getattr(self, name)) for name in ARRAYS + TEXTS}
+            _check(content, problem, ARRAYS + TEXTS)
+        except ValueError as error:
+            raise ValueError(f"the pool can't be used: {error}") from None
+
+    def only(self, rows: npt.NDArray[Any]) -> Self:
+        """Return the pool of some tasks: of a mask (n,), or of their numbers."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
 
 def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: bool) -> Pool:
@@ -114,10 +130,7 @@ def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: 
         ValueError: in one sentence, for a file that is no pool of such a problem, or an optimum
             that the problem evaluates to something else.
     """
-    content = _read(Path(path), problem)
-    missing = [name for name in (*ARRAYS[:6], "command") if name not in content]
-    if missing:
-        raise ValueError(f"{str(path)!r} lacks {', '.join(missing)}: {_wanted(problem)}")
+    content = _read(Path(path), problem, (*OLDEST, "command"), ("certified",))
     evaluation = problem.evaluate(content["designs"], content["tasks"])
     values, solvable = evaluation.objectives[:, 0], content["solvable"]
     kept = np.isclose(values, content["optima"], rtol=RENEWED, atol=0.0) & evaluation.feasible
@@ -128,7 +141,7 @@ def renewed(path: str | os.PathLike[str], problem: DesignProblem, *, certified: 
             f"and {problem.name} evaluates it to {values[at]!r}: solve its tasks again"
         )
     return Pool(
-        **{name: content[name] for name in ARRAYS[:6]},
+        **{name: content[name] for name in OLDEST},
         constraints=evaluation.constraints,
         values=values,
         certified=content.get("certified", np.full(len(values), certified)),
@@ -145,17 +158,16 @@ def write_npz(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
         os.fsync(file.fileno())
 
 
-def _read(path: Path, problem: DesignProblem) -> dict[str, np.ndarray]:
+def _read(
+    path: Path, problem: DesignProblem, needed: tuple[str, ...], welcome: tuple[str, ...] = ()
+) -> dict[str, np.ndarray]:
+    """Return the arrays of a file, those checked that are needed, or welcome and there."""
+    content = read_npz(path, _wanted(problem))
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        reason = "does not exist"
-    except OSError as error:
-        reason = f"cannot be read ({error.strerror or error})"
-    except Exception:  # zip, zlib, npy headers and pickles: each raises its own
-        reason = "is damaged or no npz file"
-    raise ValueError(f"{str(path)!r} {reason}: {_wanted(problem)}")
+        _check(content, problem, (*needed, *(name for name in welcome if name in content)))
+    except ValueError as error:
+        raise ValueError(f"{str(path)!r} is no pool: {error}; {_wanted(problem)}") from None
+    return content
 
 
 def _wanted(problem: DesignProblem) -> str:
@@ -166,27 +178,29 @@ def _wanted(problem: DesignProblem) -> str:
     )
 
 
-def _complaints(content: dict[str, np.ndarray], problem: DesignProblem) -> Iterator[str]:
-    """Say what is wrong with the content of a file; each check relies on those before it."""
-    missing = [name for name in ARRAYS + TEXTS if name not in content]
-    if missing:
-        yield f"lacks {', '.join(missing)}"
-    if str(content["hash"]) != problem.hash():
-        yield f"belongs to another problem (hash {str(content['hash'])[:12]})"
-    n = content["tasks"].shape[:1]
+def _check(content: dict[str, np.ndarray], problem: DesignProblem, needed: tuple[str, ...]) -> None:
+    """Refuse what a file needs where something is wrong with it.
+
+    Raises:
+        ValueError: in one sentence.
+    """
     m, d, c = len(problem.task_variables), len(problem.low), len(problem.constraint_names)
-    shapes = ((*n, m), (*n, d), (*n, d), n, (*n, c), n, (*n, c), n, n)
-    kinds = (*[float] * 4, bool, bool, float, float, bool)
-    for name, kind, shape in zip(ARRAYS, kinds, shapes, strict=True):
-        array = content[name]
-        if array.dtype != kind or array.shape != shape:
-            yield f"has {name} as {array.dtype} of shape {array.shape}, not of shape {shape}"
-    for name in ("tasks", "starts", "designs"):
+    sizes = {"tasks": (m,), "starts": (d,), "designs": (d,), "active": (c,), "constraints": (c,)}
+    kinds = dict.fromkeys(("active", "solvable", "certified"), "b")
+    wanted = {name: (kinds.get(name, "f8"), ("n", *sizes.get(name, ()))) for name in ARRAYS}
+    wanted |= dict.fromkeys(TEXTS, ("U", ()))
+    if missing := [name for name in needed if name not in content]:
+        raise ValueError(f"it lacks {', '.join(missing)}")
+    if "hash" in needed and str(content["hash"]) != problem.hash():
+        raise ValueError(f"it belongs to another problem (hash {str(content['hash'])[:12]})")
+    check_arrays(content, {name: wanted[name] for name in needed})
+    for name in {"tasks", "starts", "designs", "constraints"}.intersection(needed):
         if not np.isfinite(content[name]).all():
-            yield f"has {name} that are not finite"
-    if not np.isfinite(content["optima"][content["solvable"]]).all():
-        yield "has solvable tasks without an optimum"
+            raise ValueError(f"it has {name} that are not finite")
+    for name in {"optima", "values"}.intersection(needed):
+        if not np.isfinite(content[name][content["solvable"]]).all():
+            raise ValueError(f"it has solvable tasks without an optimum ({name})")
     try:
         problem.task_type.check_rows(content["tasks"])
     except ValueError as error:
-        yield f"has an illegal task ({error})"
+        raise ValueError(f"it has an illegal task ({error})") from None

@@ -16,6 +16,7 @@ from pkm_gym.core.limit import Limit
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.rows import Dimension, Measured
 from pkm_gym.core.statement import ProblemStatement
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.task import Task, TaskLike
 from pkm_gym.core.trial import TrialObjective
 from pkm_gym.core.types import BoolArray, FloatArray
@@ -96,7 +97,7 @@ class DesignProblem(ProblemStatement, ABC):
         return np.column_stack([log, evaluation.constraints + merit.TOLERANCE])
 
     def _grid(self) -> FloatArray | None:
-        """Return a grid of complete designs over the paper's ranges, or None where it has none.
+        """Return a grid of complete designs, or None where the paper has neither values nor ranges.
 
         With the paper's values of those variables that are declared ``scanned``, steps of ours in
         the others.
@@ -123,6 +124,7 @@ class DesignProblem(ProblemStatement, ABC):
         """
         designs = checked_designs(designs, self.variables)
         full, n = self.complete(designs), len(designs)
+        TALLY.designs += n
         row = self._task_row
         tasks = row if tasks is None else packed_tasks(tasks, self.task_type, (n, row.shape[1]))
         rows = Measured(
@@ -198,9 +200,9 @@ class DesignProblem(ProblemStatement, ABC):
         return {name: maps[name] for name in maps if maps[name].drawn and name in self.index_names}
 
     def grid(self) -> FloatArray | None:
-        """Return the grid over the paper's ranges (n, d) within the bounds, or None without one.
+        """Return the problem's own grid (n, d) within the bounds, or None without one.
 
-        It is the paper's if one of its variables is ``scanned``; the steps of the others are ours.
+        It is the paper's if all its variables are ``scanned``; the steps of the others are ours.
         """
         full = self._grid()
         return None if full is None else self.space.within(full)

@@ -84,7 +84,7 @@ def variable(
             then; that of the paper's design if not given.
         searched: whether it is searched unless ``free`` says otherwise.
         step: of our grid.
-        scanned: whether the paper prints the values that it has in its grid.
+        scanned: whether the paper prints the values that it has in the grid.
     """
     return Variable("", low, high, unit, doc, default, searched, step, scanned)
 

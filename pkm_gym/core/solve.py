@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import reduce
 
 import numpy as np
 
@@ -22,6 +23,7 @@ ACTIVE = 1e-5
 
 AGREEMENT = 1e-10
 SAME = 1e-8  # of log merits, of one optimum that another descent tells with more digits
+ENOUGH_STARTS = 96  # from which on two searches that reach the best certify it, of many basins
 NEAR = 0.02  # a share of the range: how far a polish looks
 ROUNDS = 4  # further searches of a task whose searches disagree
 
@@ -42,7 +44,8 @@ class Solutions:
         active: array (n, c), the constraints that hold the optimum back.
         solvable: array (n,), whether a feasible design was found.
         certified: array (n,), whether the searches and a polish of the best agree to 1e-10 in log
-            merit (and in solvable); otherwise it is the best that is known.
+            merit (and in solvable), or, where one search is declared, two of many reach the best to
+            1e-8 from 96 starts or more; otherwise it is the best that is known.
         evaluations: how many designs were evaluated in all.
         seconds: of processor time that this took.
     """
@@ -79,11 +82,15 @@ def solve_tasks(
     merit's weight, its minimiser is no optimum), or from twice as many starts; four times at most.
     What still disagrees is returned with ``certified`` False.
 
+    Where one search is declared, there are so many basins that most searches miss the best: then
+    2^``effort`` of them are independent, and none is repeated.
+
     Args:
         problem: the design problem; its first objective is optimised.
         tasks: array (n, m) of packed tasks.
         seed: of all searches.
-        effort: of the first searches, each as thorough as ``effort`` disagreements would make it.
+        effort: of the first searches, each as thorough as ``effort`` disagreements would make it;
+            where one is declared, the power of two of their number.
         progress: called with the number of tasks finished so far.
     """
     began = time.process_time()
@@ -91,6 +98,8 @@ def solve_tasks(
     sequence = np.random.SeedSequence(seed)
     report = progress or (lambda _: None)
     search = _search(problem)
+    if problem.declared.searches == 1:
+        return _of_many_basins(problem, tasks, sequence, effort, report, began)
     best, *others = (
         search(problem, tasks, np.random.default_rng(child), effort=effort)
         for child in sequence.spawn(problem.declared.searches)
@@ -121,6 +130,31 @@ def solve_tasks(
         best.evaluations += again.evaluations
     report(len(tasks))
     return _solutions(problem, tasks, best, agreed, began)
+
+
+def _of_many_basins(
+    problem: DesignProblem,
+    tasks: FloatArray,
+    sequence: np.random.SeedSequence,
+    effort: int,
+    report: Progress,
+    began: float,
+) -> Solutions:
+    """Return the best of 2^effort independent searches and of a polish."""
+    search, count = _search(problem), 2**effort
+    searches = [
+        search(problem, tasks, np.random.default_rng(child)) for child in sequence.spawn(count)
+    ]
+    best = reduce(_better, searches)
+    merits = np.array([np.where(one.solvable, one.log_merit, np.inf) for one in searches])
+    reached = (merits <= best.log_merit + SAME).sum(axis=0)
+    enough = count * problem.declared.starts >= ENOUGH_STARTS
+    polisher = np.random.default_rng(sequence.spawn(1)[0])
+    polished = search(problem, tasks, polisher, near=best.designs, radius=NEAR)
+    better = polished.solvable & (polished.log_merit < best.log_merit - SAME)
+    report(len(tasks))
+    agreed = enough & (reached >= 2) & ~better
+    return _solutions(problem, tasks, _better(best, polished), agreed, began)
 
 
 def improved(

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -182,7 +183,9 @@ def searched_names(every: Sequence[Variable], free: Iterable[str] | None) -> set
     if free is None:
         return {variable.name for variable in every if variable.searched}
     names = [variable.name for variable in every]
-    chosen = (free,) if isinstance(free, str) else tuple(free)
+    chosen: tuple[Any, ...] = (free,)
+    if isinstance(free, Iterable) and not isinstance(free, str):
+        chosen = tuple(free)
     if chosen == (ALL,):
         return set(names)
     check_known("variable", chosen, names)

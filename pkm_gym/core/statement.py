@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from inspect import signature
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from pkm_gym.core.arguments import (
 )
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import packed
+from pkm_gym.core.names import check_known
 from pkm_gym.core.options import Options
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.space import Space
@@ -62,6 +64,7 @@ class ProblemStatement:
         bounds: Mapping[str, tuple[float, float]] | None = None,
         **options: Any,
     ) -> None:
+        check_known("argument", options, self.argument_names())
         self.task = self.task_type.of(task)
         self.objectives = chosen_objectives(self.all_objectives, objective)
         self.options = chosen_options(self.declared, self.objectives, options)
@@ -86,6 +89,12 @@ class ProblemStatement:
             np.array([goes.get(name, 0.0) for name in fields])
             for goes in (self.objectives[0].powers, self.objectives[0].rates)
         )
+
+    @classmethod
+    def argument_names(cls) -> set[str]:
+        """Return the names of what it is made with: the arguments and the options."""
+        own = set(signature(ProblemStatement.__init__).parameters) - {"self", "options"}
+        return own | {item.name for item in cls.options_type.table()}
 
     @property
     def reference(self) -> Reference:

@@ -13,6 +13,7 @@ import numpy as np
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import show
 
 
 @dataclass(frozen=True)
@@ -189,6 +190,17 @@ class Task:
 
 def _pair(values: tuple[float, float]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
+
+
+def shown_differences(there: Task, here: Task) -> str:
+    """Say which fields of two tasks of a problem differ, with units."""
+    items = [v for v in here.variables() if getattr(there, v.name) != getattr(here, v.name)]
+    told = (
+        f"{v.name} = {show(getattr(there, v.name), v.unit)} there, "
+        f"{show(getattr(here, v.name), v.unit)} here"
+        for v in items
+    )
+    return "; ".join(told)
 
 
 TaskLike = Task | Mapping[str, float] | None

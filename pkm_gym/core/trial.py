@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted, show
 
 if TYPE_CHECKING:
+    from pkm_gym.core.declaration import Objective
     from pkm_gym.core.evaluation import Evaluation
     from pkm_gym.core.problem import DesignProblem
     from pkm_gym.core.task import Task
@@ -18,28 +20,62 @@ if TYPE_CHECKING:
 def trial_values(evaluation: Evaluation) -> FloatArray:
     """Return the values (n, k) of trials: objectives, made worse than any feasible one if not.
 
-    An infeasible design gets the objective's ``worst``, made worse by a bounded measure of its
-    violations, so that the best trial by value is the answer.
+    So the best trial by value is the answer.
     """
-    excess = np.maximum(evaluation.constraints, 0.0)
+    columns = zip(evaluation.objectives.T, evaluation.problem.objectives, strict=True)
+    return np.stack(
+        [penalised(values, evaluation.constraints, objective) for values, objective in columns],
+        axis=1,
+    )
+
+
+def penalised(values: FloatArray, constraints: FloatArray, objective: Objective) -> FloatArray:
+    """Return values (n,) of an objective, worse than any feasible one where constraints are broken.
+
+    Such a design gets the objective's ``worst``, made worse by a bounded measure of its violations
+    (n, c).
+    """
+    excess = np.maximum(constraints, 0.0)
     violation = (excess / (1.0 + excess)).sum(axis=1)
-    values = evaluation.objectives.copy()
-    for column, objective in enumerate(evaluation.problem.objectives):
-        penalised = objective.worst + objective.sign * violation
-        values[:, column] = np.where(evaluation.feasible, values[:, column], penalised)
-    return values
+    feasible = (constraints <= 0.0).all(axis=1)
+    return np.where(feasible, values, objective.worst + objective.sign * violation)
 
 
 def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
-    """Return the user attributes of the trial of design i: indices, feasible, log merit."""
+    """Return the user attributes of the trial of design i, as people read them.
+
+    The indices, named with their units ("alpha_min [deg]"); feasible; log merit; and, where some
+    variables have units, the design in words, since a trial's parameters are plain SI.
+    """
+    problem = evaluation.problem
     attributes: dict[str, Any] = {
-        name: float(values[i])
+        attribute_name(name, problem.unit(name)): converted(float(values[i]), problem.unit(name))[0]
         for name, values in evaluation.indices.items()
         if np.isfinite(values[i])
     }
     attributes["feasible"] = bool(evaluation.feasible[i])
     attributes["log_merit"] = float(evaluation.log_merit[i])
+    if any(v.unit for v in problem.variables):
+        values = zip(problem.variables, evaluation.designs[i].tolist(), strict=True)
+        attributes["design"] = ", ".join(f"{v.name} = {show(x, v.unit)}" for v, x in values)
     return attributes
+
+
+def attribute_name(name: str, unit: str) -> str:
+    """Return the name of the user attribute that holds an index of this SI unit."""
+    read = converted(0.0, unit)[1]
+    return f"{name} [{read}]" if read else name
+
+
+def told_objective(attributes: Mapping[str, Any], objective: Objective) -> float | None:
+    """Return an objective in SI from the user attributes of a trial, None where they lack it.
+
+    An undefined one is NaN.
+    """
+    name = attribute_name(objective.name, objective.unit)
+    if objective.unit and objective.name in attributes:  # of an older version, without the unit
+        return None
+    return float(attributes.get(name, np.nan)) / converted(1.0, objective.unit)[0]
 
 
 def record(trial: Any, evaluation: Evaluation, i: int) -> None:

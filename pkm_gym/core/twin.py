@@ -10,7 +10,7 @@ equality is a ``connect`` that closes a loop.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal, NamedTuple, Protocol
@@ -49,6 +49,8 @@ class Solver:
         solimp: impedance of the loops.
         integrator: of MuJoCo.
         gravity: whether the twin has weight, where it is checked and where it is driven.
+        bears: whether the servos bear it in the check; not where some feasible designs are so near
+            a singularity that they fall.
     """
 
     timestep: float
@@ -56,13 +58,15 @@ class Solver:
     solimp: tuple[float, float, float, float, float] = (0.9999, 0.9999, 0.001, 0.5, 2.0)
     integrator: Literal["implicitfast", "Euler"] = "implicitfast"
     gravity: bool = True
+    bears: bool = True
 
     def __str__(self) -> str:
         """Return the settings as the table of the check shows them."""
+        held = "" if self.bears else ", held without gravity"
         return (
             f"timestep {self.timestep:g} s, {self.integrator}, Newton 1e-14, "
             f"solref {self.solref[0]:g} {self.solref[1]:g}, solimp {self.solimp[0]:g}"
-            f"{'' if self.gravity else ', no gravity'}"
+            f"{held if self.gravity else ', no gravity'}"
         )
 
 
@@ -84,12 +88,27 @@ class Course(NamedTuple):
         return Course(self.duration / factor, self.poses, factor * self.twists, faster)
 
 
+class PistonSpeeds(NamedTuple):
+    """What cylinders do that servos take along a course.
+
+    Times are (n,), s; the poses (n, k) are the tool's in MuJoCo; the speeds (n, joints), m/s, are
+    what MuJoCo has, what the Jacobian says of the tool's motion in MuJoCo, and what it says of the
+    course as it is planned.
+    """
+
+    times: FloatArray
+    poses: FloatArray
+    twin: FloatArray
+    analytic: FloatArray
+    planned: FloatArray
+
+
 class TwinModule(Protocol):
     """What the twin.py of a mechanism holds, whose ``twin_module`` names it.
 
     Where the mechanism has dynamics, ``build_lumped`` beside it returns the model that the dynamics
-    describes. ``piston_speeds`` beside it, of a machine of cylinders, drives the twin along its
-    path and returns ``poses`` and the speeds ``twin`` and ``analytic``, which the check compares.
+    describes. ``piston_speeds`` beside it, of a machine of cylinders, returns the ``PistonSpeeds``
+    of the twin along its path, which the check compares.
     ``engraves`` beside it says of poses (n, k) of the course whether the tool leaves a line (n,),
     which movies show.
     """
@@ -191,6 +210,7 @@ def add_drive(
     home: float,
     inertia: float,
     span: tuple[float, float] | None = None,
+    bandwidth: float = BANDWIDTH,
 ) -> None:
     """Add a servo and a motor to a joint.
 
@@ -200,8 +220,9 @@ def add_drive(
         home: its value at the pose of the twin, where the servo's control is 0.
         inertia: what the servo moves, kg or kg m^2; it is critically damped with this one.
         span: least and greatest value that the servo takes.
+        bandwidth: of the servo with this inertia, rad/s.
     """
-    kp, kv = inertia * BANDWIDTH**2, 2.0 * inertia * BANDWIDTH
+    kp, kv = inertia * bandwidth**2, 2.0 * inertia * bandwidth
     common: dict[str, Any] = {"target": joint, "trntype": mujoco.mjtTrn.mjTRN_JOINT}
     if span is not None:
         common |= {"ctrlrange": [span[0] - home, span[1] - home], "ctrllimited": True}
@@ -315,6 +336,65 @@ def rotation_vector(rotation: FloatArray) -> FloatArray:
     sine = np.linalg.norm(sines, axis=-1)
     angle = np.arctan2(sine, 0.5 * (np.trace(rotation, axis1=-2, axis2=-1) - 1.0))
     return np.asarray(sines * (angle / np.where(sine > 0.0, sine, 1.0))[..., None])
+
+
+def drive_pistons(
+    machine: Mechanism,
+    spec: mujoco.MjSpec,
+    home: FloatArray,
+    course: Course,
+    samples: int,
+    pose_at: Callable[[FloatArray], FloatArray],
+) -> PistonSpeeds:
+    """Let the servos take a twin along a course; compare its cylinders' speeds at some instants.
+
+    The servos know the lengths and rates of inverse kinematics but no inertia, so the tool lags and
+    the speeds differ from the planned ones. Hence the Jacobian gets the tool's motion as MuJoCo has
+    it: its way over a time step, at the middle of that way, since MuJoCo's velocities are those
+    from one position to the next.
+
+    Args:
+        machine: whose twin it is.
+        spec: the twin, built at the pose ``home`` (k,).
+        home: where the servos' controls are 0.
+        course: at each time step, the first included.
+        samples: how many instants are compared, equally spaced.
+        pose_at: takes the tool's positions (n, 3), m, in the machine's frame to poses (n, k).
+
+    Raises:
+        ValueError: for a course out of reach.
+    """
+    lengths = machine.inverse_kinematics(course.poses)
+    check_reach(lengths, course.poses[0])
+    planned = np.einsum("nij,nj->ni", machine.inverse_jacobian(course.poses), course.twists)
+    controls = lengths - machine.inverse_kinematics(home)
+    controls += 2.0 / BANDWIDTH * planned  # the servos brake by kv = 2 kp / w
+
+    model = spec.compile()
+    data, moves = mujoco.MjData(model), len(lengths) - 1
+    start = twin_module(machine).coordinates(machine, course.poses[:1], home)
+    for name, values in start.items():
+        data.joint(name).qpos[:] = values[0]
+    servos = [model.actuator(f"servo_{name}").id for name in machine.joint_names]
+    rates = [model.joint(name).dofadr[0] for name in machine.joint_names]
+    origin, tool = (model.site(name).id for name in ("origin", "tcp"))
+    wanted = np.round(np.linspace(0, moves, samples + 1)[1:]).astype(int)
+    measured: list[FloatArray] = []
+    ends: list[FloatArray] = []
+    for k in range(1, moves + 1):
+        data.ctrl[servos] = controls[k]
+        mujoco.mj_step(model, data)
+        if k == wanted[len(measured)]:
+            before = data.site_xpos[tool].copy()
+            mujoco.mj_kinematics(model, data)
+            ends.append(np.stack([before, data.site_xpos[tool]]) - data.site_xpos[origin])
+            measured.append(data.qvel[rates].copy())
+    way = np.array(ends) @ data.site_xmat[origin].reshape(3, 3)
+    poses, timestep = pose_at(way.mean(axis=1)), model.opt.timestep
+    speeds = np.diff(way, axis=1)[:, 0, : len(machine.twist_names)] / timestep
+    analytic = np.einsum("nij,nj->ni", machine.inverse_jacobian(poses), speeds)
+    times = course.duration / moves * wanted
+    return PistonSpeeds(times, poses, np.array(measured), analytic, planned[wanted])
 
 
 def check_reach(reached: FloatArray, pose: FloatArray) -> None:

@@ -58,6 +58,11 @@ def converted(value: float, unit: str) -> tuple[float, str]:
     return value * WRITTEN[unit][name], name
 
 
+def span(low: float, high: float, unit: str) -> str:
+    """Return a range in SI as people read it, without the unit: "80 to 160"."""
+    return " to ".join(f"{converted(value, unit)[0]:.4g}" for value in (low, high))
+
+
 def shown(value: float, unit: str) -> tuple[str, str]:
     """Return the number and the unit that people read, the number as text."""
     if not math.isfinite(value):

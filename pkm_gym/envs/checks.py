@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from inspect import signature
 from typing import Any
 
 import numpy as np
 
+from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms import problem_type
 
 
 def finite(what: str, given: Any, *shapes: tuple[int, ...]) -> FloatArray:
@@ -39,3 +43,14 @@ def check_whole(what: str, given: Any) -> None:
     """
     if not isinstance(given, int) or isinstance(given, bool) or given < 1:
         raise ValueError(f"{what} is {given!r}: it must be a whole number of at least 1")
+
+
+def check_arguments(problem: str, given: Mapping[str, Any], *takers: type) -> None:
+    """Refuse an argument that neither an environment of these classes nor its problem takes.
+
+    Raises:
+        ValueError: naming it and its closest match, or for an unknown problem.
+    """
+    own = {name for taker in takers for name in signature(taker).parameters}
+    known = (own - {"problem", "arguments"}) | problem_type(problem).argument_names()
+    check_known("argument", given, known)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import gymnasium as gym
@@ -13,10 +12,11 @@ from gymnasium.error import ResetNeeded
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known
-from pkm_gym.envs.checks import finite
-from pkm_gym.envs.infos import Info, reset_info, single, step_info
+from pkm_gym.envs.checks import check_arguments, finite
+from pkm_gym.envs.infos import Info, session_info, single
+from pkm_gym.envs.objectives import RewardSpace
 from pkm_gym.envs.observation import observation_layout, observe
-from pkm_gym.envs.opening import Opening
+from pkm_gym.envs.opening import Opening, PoolLike
 from pkm_gym.envs.rendering import Frame, Painter, Window
 from pkm_gym.envs.rules import Rules
 from pkm_gym.envs.session import Session
@@ -26,7 +26,7 @@ Observation = npt.NDArray[np.float32]
 ONLY = np.arange(1)
 
 
-class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
+class DesignEnv(RewardSpace, gym.Env[Observation, npt.NDArray[Any]]):
     """An episode is a design session: a few evaluations to find the best design for a task.
 
     ## Description
@@ -81,13 +81,20 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
     | "improvement" | best before - best after; the return is 7 - best |
     | "final" | -best on the last step, 0 before |
     | "regret" | 0.3 log((r before + e) / (r after + e)), r = max(0, best - optimum) |
+    | "objectives" | a float32 array (k,) of the design's objectives, larger is better |
 
     e is ``regret_floor``. "regret" needs tasks solved beforehand: a ``pool``, or the paper's own
     problem, whose verified optimum is known.
 
+    "objectives" follows MO-Gymnasium, whose ``make`` expects a vector: ``unwrapped.reward_space``
+    describes it. It has the objectives that ``objective=`` names, those that are minimised with a
+    minus; where the design breaks a constraint, each one's ``worst`` made worse by the violation.
+
     ## Starting State
-    The incumbent is the centre of the box, a random design (``start="random"``) or the one stored
-    with the task (``start="pool"``), not evaluated yet. A Family draws a new task, from the pool's
+    The incumbent is the centre of the box, a random design (``start="random"``), the one stored
+    with the task (``start="pool"``) or one between the pool's optima (``start="interpolated"``: for
+    a task of the pool from the seven eighths of the others, for any other task from them all). It
+    is not evaluated yet. A Family draws a new task, from the pool's
     solvable ones if there is one. ``reset(options={"task": ..., "design": ...})`` gives either: the
     task as a mapping of the fields that differ from the paper's or packed (m,), the design as a
     mapping of the variables or an array (d,), in SI units.
@@ -96,13 +103,16 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
     ``terminated`` after ``budget`` steps, which the observation shows; ``truncated`` never.
 
     ## Info
-    After a step: ``design`` (evaluated in it) with its ``indices`` (undefined ones are left out),
-    ``constraints``, ``feasible`` and ``merit``; ``best_design``; ``answer`` with its ``design``,
-    ``objective``, ``merit`` and ``feasible``. After a reset: ``task`` and ``best_design``, the
-    start. Numbers are named and in SI units, ``units`` says which.
+    ``task``; ``design`` (evaluated in the step) with its ``indices``, ``constraints``, ``feasible``
+    and ``merit``; ``best_design``; ``answer`` with its ``design``, ``objective``, ``merit`` and
+    ``feasible``. Numbers are named and in SI units, ``units`` says which. The keys are always the
+    same. An index that isn't defined is infinite, ``defined`` says which are. After a reset all
+    designs are the start: nothing has been evaluated, no index is defined, nothing is feasible, and
+    the numbers are infinite.
 
     ## Arguments
-    See ``__init__``; all of them survive ``EnvSpec.to_json``.
+    See ``__init__``. Given as Python's numbers, strings, lists and mappings, or as a Task, they
+    survive ``EnvSpec.to_json``; Gymnasium doesn't write arrays, paths, sets, enums and Pools.
 
     ## Version History
     * v0: initial version
@@ -126,7 +136,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         reward: str = "improvement",
         regret_floor: float = 1e-5,
         start: str = "centre",
-        pool: str | os.PathLike[str] | None = None,
+        pool: PoolLike | None = None,
         render_mode: str | None = None,
         renderer: str = "matplotlib",
         **arguments: Any,
@@ -143,10 +153,12 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
             step_decay: ratio of the next step to this one.
             step_min: the smallest step.
             action_mode: "relative" to the best design so far, or "absolute" in the box.
-            reward: "improvement", "final" or "regret".
+            reward: "improvement", "final", "regret" or "objectives".
             regret_floor: what "regret" counts as solved.
-            start: "centre", "random" or "pool".
-            pool: file of solved tasks, as ``pkm-gym solve-tasks`` writes it.
+            start: "centre", "random", "pool" or "interpolated", which takes seconds where a pool
+                has thousands of tasks.
+            pool: solved tasks: a file as ``pkm-gym solve-tasks`` writes it, the name of one of the
+                benchmark's splits such as "train", or a Pool.
             render_mode: "rgb_array", "human" or None.
             renderer: "matplotlib": a sheet with the machine, its map and its numbers; "mujoco": the
                 machine as a camera sees it, which needs OpenGL.
@@ -157,6 +169,7 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
             ValueError: for an unknown name, with its closest match, an illegal value, or a pool
                 that is missing, bad or another problem's.
         """
+        check_arguments(problem, arguments, DesignEnv)
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
         made = family_problem if family else make_problem
@@ -196,9 +209,9 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.session.open(ONLY, *self.opening.draw([self.np_random], options))
         if self.render_mode == "human":
             self.render()
-        return self._observation(), single(reset_info(self.session, ONLY))
+        return self._observation(), single(session_info(self.session, ONLY, None))
 
-    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, float, bool, bool, Info]:
+    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, Info]:
         """Evaluate the design that the action means.
 
         Raises:
@@ -211,9 +224,10 @@ class DesignEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.evaluation, rewards = self.session.step(ONLY, actions)
         if self.render_mode == "human":
             self.render()
-        info = single(step_info(self.session, ONLY, self.evaluation))
+        info = single(session_info(self.session, ONLY, self.evaluation))
         terminated = bool(self.session.left[0] == 0)
-        return self._observation(), float(rewards[0]), terminated, False, info
+        reward = float(rewards[0]) if rewards.ndim == 1 else rewards[0]
+        return self._observation(), reward, terminated, False, info
 
     def render(self) -> Frame | None:
         """Draw the design that was evaluated last (the start, before the first step)."""

@@ -1,16 +1,15 @@
-"""What an environment says of a step beside the observation, for one session or for n.
+"""What an environment says beside the observation, for one session or for n.
 
 The content is built once, for the k sessions concerned, as a nested dictionary whose leaves are
-arrays (k,), NaN where a number is undefined, or words that hold for all of them. ``single`` turns
-it into the info of one environment, ``merge`` into that of a vector environment; both leave
-undefined numbers out.
+arrays (k,), or words that hold for all of them. ``single`` turns it into the info of one
+environment, ``merge`` into that of a vector environment. Its keys and types never change, as
+Minari needs them, and nothing is NaN, which equals nothing: what isn't known is infinite.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import chain
-from math import isnan
 from typing import Any
 
 import numpy as np
@@ -25,33 +24,26 @@ from pkm_gym.envs.session import Rows, Session
 Info = dict[str, Any]
 
 
-def reset_info(session: Session, rows: Rows) -> Info:
-    """Return what a reset says: the task, and the start as the best design."""
-    problem = session.problem
+def session_info(session: Session, rows: Rows, evaluation: Evaluation | None) -> Info:
+    """Return what is said after a step that evaluated designs, or after a reset, which did not."""
+    problem, answer = session.problem, session.answer
+    indices, constraints, defined = _measured(problem, len(rows), evaluation)
     return {
         "task": _columns(problem.task_type.names(), session.tasks[rows]),
-        "best_design": _named(problem, session.best.designs[rows]),
-        "units": _units(problem.task_variables, problem.all_variables),
-    }
-
-
-def step_info(session: Session, rows: Rows, evaluation: Evaluation) -> Info:
-    """Return what a step says: the design that was evaluated, the best one and the answer."""
-    problem, answer = session.problem, session.answer
-    return {
-        "design": _named(problem, evaluation.designs),
-        "indices": dict(evaluation.indices),
-        "constraints": _columns(problem.constraint_names, evaluation.constraints),
-        "feasible": evaluation.feasible,
-        "merit": evaluation.merit,
+        "design": _named(problem, session.last[rows]),
+        "indices": indices,
+        "defined": defined,
+        "constraints": constraints,
+        "feasible": np.zeros(len(rows), dtype=bool) if evaluation is None else evaluation.feasible,
+        "merit": np.full(len(rows), np.inf) if evaluation is None else evaluation.merit,
         "best_design": _named(problem, session.best.designs[rows]),
         "answer": {
             "design": _named(problem, answer.designs[rows]),
-            "objective": answer.values[rows],
+            "objective": _known(answer.values[rows]),
             "merit": np.exp(answer.log_merit[rows]),
             "feasible": answer.feasible[rows],
         },
-        "units": _units(problem.all_variables, problem.index_table),
+        "units": _units(problem.task_variables, problem.all_variables, problem.index_table),
     }
 
 
@@ -61,10 +53,8 @@ def single(info: Info) -> Info:
     for name, value in info.items():
         if isinstance(value, dict):
             plain[name] = single(value)
-        elif isinstance(value, str):
-            plain[name] = value
-        elif not isnan(number := value.item()):
-            plain[name] = number
+        else:
+            plain[name] = value if isinstance(value, str) else value.item()
     return plain
 
 
@@ -75,18 +65,13 @@ def merge(infos: Info, info: Info, rows: Rows, n: int) -> Info:
     (n,) of the sessions that have a value.
     """
     for name, value in info.items():
-        having = rows
         if isinstance(value, dict):
             infos[name] = merge(infos.get(name, {}), value, rows, n)
-        elif isinstance(value, str):
-            infos.setdefault(name, np.full(n, None, dtype=object))[rows] = value
         else:
-            defined = ~np.isnan(value)
-            having = rows[defined]
-            if len(having) == 0:
-                continue
-            infos.setdefault(name, np.zeros(n, dtype=value.dtype))[having] = value[defined]
-        infos.setdefault(f"_{name}", np.zeros(n, dtype=np.bool_))[having] = True
+            kind = object if isinstance(value, str) else value.dtype
+            blank = None if isinstance(value, str) else 0
+            infos.setdefault(name, np.full(n, blank, dtype=kind))[rows] = value
+        infos.setdefault(f"_{name}", np.zeros(n, dtype=np.bool_))[rows] = True
     return infos
 
 
@@ -99,6 +84,24 @@ def select(info: Info, kept: BoolArray) -> Info:
         else:
             selected[name] = value if isinstance(value, str) else value[kept]
     return selected
+
+
+def _measured(
+    problem: DesignProblem, k: int, evaluation: Evaluation | None
+) -> tuple[Info, Info, Info]:
+    """Return indices, constraints and which indices are defined, of k sessions."""
+    if evaluation is None:
+        unknown, no = np.full(k, np.inf), np.zeros(k, dtype=np.bool_)
+        names = problem.index_names
+        constraints = dict.fromkeys(problem.constraint_names, unknown)
+        return dict.fromkeys(names, unknown), constraints, dict.fromkeys(names, no)
+    indices = {name: _known(values) for name, values in evaluation.indices.items()}
+    defined = {name: ~np.isnan(values) for name, values in evaluation.indices.items()}
+    return indices, _columns(problem.constraint_names, evaluation.constraints), defined
+
+
+def _known(values: FloatArray) -> FloatArray:
+    return np.where(np.isnan(values), np.inf, values)
 
 
 def _columns(names: Iterable[str], table: FloatArray) -> Info:

@@ -13,9 +13,9 @@ from gymnasium.error import ResetNeeded
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import FloatArray
-from pkm_gym.envs.checks import check_whole, finite
+from pkm_gym.envs.checks import check_arguments, check_whole, finite
 from pkm_gym.envs.motion_opening import MotionOpening
-from pkm_gym.envs.motion_rules import MotionRules
+from pkm_gym.envs.motion_rules import NOTHING, MotionRules
 from pkm_gym.envs.motion_view import View, motion_layout
 from pkm_gym.envs.rendering import Frame
 from pkm_gym.mechanisms import make_problem
@@ -33,12 +33,12 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Description
     A design's MuJoCo twin stands at the start of its task's path: the Diamond's pick-and-place
-    cycle, the 3-SPR's way down, across and up, the leg's step, or the 6-PUS's engraving. The
-    agent's actions are the motors' forces; it is to keep the tool on the path, which moves on
-    whether the tool follows or not.
+    cycle, the 3-SPR's way down, across and up, the leg's step, the 6-PUS's engraving, or the
+    5-PSS/UPU's Lissajous figure. The agent's actions are the motors' forces; it is to keep the tool
+    on the path, which moves on whether the tool follows or not.
 
     MuJoCo takes ``frame_skip`` steps in each step of the environment, during which the forces are
-    held. ``speed`` is how many times as fast as the paper's the path is run.
+    held. ``speed`` is how many times as fast as planned the path is run.
 
     | id | path | speed | step | steps |
     |---|---|---:|---:|---:|
@@ -46,6 +46,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     | PKM/SPR3Motion-v0 | 2.95 s; other designs have paths of other lengths | 20 | 5 ms | 590 |
     | PKM/StrokeLegMotion-v0 | 4 s, a step of ours | 0.5 | 6 ms | 667 |
     | PKM/PUS6Motion-v0 | 12.6 s, a spiral of ours on a tilted plane | 1 | 10 ms | 1263 |
+    | PKM/PSS5UPUMotion-v0 | 4 s, a Lissajous figure of ours in five coordinates | 1 | 5 ms | 800 |
 
     ## Action Space
     ``Box(-1, 1, (k,), float32)`` for ``k`` motors: the force (N) or torque (N m) over
@@ -100,11 +101,13 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
 
     ## Info
     ``error`` (m), ``loop_gap`` (m), ``forces`` by joint (N or N m) and the terms of the reward;
-    ``reason`` at the end. After a reset: ``task``, ``design`` and their ``units``, ``force_limit``
-    (N or N m), ``steps`` and ``dt`` (s).
+    ``reason``, empty until the end; ``task``, ``design`` and their ``units``, ``force_limit`` (N or
+    N m), ``steps`` and ``dt`` (s). The keys are always the same; after a reset forces and terms are
+    0.
 
     ## Arguments
-    See ``__init__``; all of them survive ``EnvSpec.to_json``.
+    See ``__init__``. Given as Python's numbers, strings, lists and mappings, or as a Task, they
+    survive ``EnvSpec.to_json``; Gymnasium doesn't write arrays, paths, sets and enums.
 
     ## Version History
     * v0: initial version
@@ -118,6 +121,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
     rig: Rig  # the twin that is driven
     force_limit: float  # N or N m, what an action of 1 means
     _design: FloatArray
+    _named: dict[str, dict[str, Any]]  # the info's task, design and their units
     _task: FloatArray = np.empty(0)
     _view: View
 
@@ -146,7 +150,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             problem: name of the problem, such as "diamond".
             design: the machine that is driven, by default the printed one: a mapping of the
                 variables or an array (d,), SI units.
-            speed: of the path, in paths of the paper; None: as the problem declares, or 1.
+            speed: how many times as fast as planned; None: as the problem declares, or 1.
             frame_skip: steps of MuJoCo in a step; None: as the problem declares, or 5.
             force_limit: N or N m, what an action of 1 means; None: three times what the printed
                 design needs on the path.
@@ -165,6 +169,7 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             ValueError: for an unknown name, with its closest match, an illegal value, or a design
                 that has no twin or can't follow the path.
         """
+        check_arguments(problem, arguments, MotionEnv)
         if render_mode is not None:
             check_known("render_mode", [render_mode], self.metadata["render_modes"])
         check_whole("width", width)
@@ -205,7 +210,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             self._build(design, task)
         self.steps_done = self.opening.place(self.rig, self.np_random)
         self.error, self._over = self._distance(), False
-        return self._view.see(self.steps_done), self._reset_info()
+        idle = np.zeros(len(self.rig.twin.motors))
+        return self._view.see(self.steps_done), self._info("", idle)
 
     def step(self, action: npt.NDArray[Any]) -> tuple[Observation, float, bool, bool, Info]:
         """Let the motors give the action's forces for one step.
@@ -223,15 +229,8 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.error = self._distance()
         reason = self._reason()
         terms = self.rules.terms(self.error, action, failed=reason not in ("", "finished"))
-        info: Info = {
-            "error": self.error,
-            "loop_gap": self.rig.state.gap,
-            "forces": self._by_joint(forces),
-            **terms,
-        }
-        if reason:
-            self._over = True
-            info["reason"] = reason
+        self._over = reason != ""
+        info = self._info(reason, forces, terms)
         return self._view.see(self.steps_done), sum(terms.values()), self._over, False, info
 
     def render(self) -> Frame | None:
@@ -279,18 +278,24 @@ class MotionEnv(gym.Env[Observation, npt.NDArray[Any]]):
             self.force_limit = self.opening.force_limit(task)
         self._design, self._task, self.rig = design, task, rig
         self._view = View(rig, self.problem, design, task)
+        units = {v.name: v.unit for v in self.problem.task_variables}
+        self._named = {
+            "task": dict(zip(units, task.tolist(), strict=True)),
+            "design": self.problem.named(design),
+            "units": units | {v.name: v.unit for v in self.problem.all_variables},
+        }
 
-    def _reset_info(self) -> Info:
-        problem = self.problem
-        units = {v.name: v.unit for v in problem.task_variables}
+    def _info(self, reason: str, forces: FloatArray, terms: Mapping[str, float] = NOTHING) -> Info:
+        """Return what is said of a step, or of a reset, which earns nothing."""
+        names = self.rig.twin.mechanism.joint_names
         return {
-            "task": dict(zip(units, self._task.tolist(), strict=True)),
-            "design": problem.named(self._design),
-            "units": units | {v.name: v.unit for v in problem.all_variables},
+            "error": self.error,
+            "loop_gap": self.rig.state.gap,
+            "forces": dict(zip(names, forces.tolist(), strict=True)),
+            **terms,
+            "reason": reason,
+            **{name: value.copy() for name, value in self._named.items()},
             "force_limit": self.force_limit,
             "steps": self.rig.path.steps,
             "dt": self.rig.dt,
         }
-
-    def _by_joint(self, values: FloatArray) -> dict[str, float]:
-        return dict(zip(self.rig.twin.mechanism.joint_names, values.tolist(), strict=True))

@@ -17,6 +17,9 @@ CLOSE = 1e-3  # m, where the tracking term bends
 HIGH = 0.9  # share of the force limit where its term begins
 MOST_OFFSET = 0.1
 
+# The terms of the reward before the first step.
+NOTHING = {"reward_tracking": 0.0, "reward_effort": 0.0, "reward_limit": 0.0}
+
 
 @dataclass(frozen=True)
 class MotionRules:

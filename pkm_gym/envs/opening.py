@@ -6,20 +6,29 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from pkm_gym.core.names import check_known
+from pkm_gym.core.declaration import SPLITS
+from pkm_gym.core.names import check_known, imported
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import disagreement
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import finite
+from pkm_gym.mechanisms import lasting
 
-STARTS = ("centre", "random", "pool")
+STARTS = ("centre", "random", "pool", "interpolated")
 OPTIONS = ("design", "task")
+
+PoolLike: TypeAlias = str | os.PathLike[str] | Pool
+
+# Of a higher room.
+LOAD_SPLIT = "pkm_gym.benchmark.splits:load_split"
+BETWEEN = "pkm_gym.benchmark.interpolation:Between"
 
 
 class Drawn(NamedTuple):
@@ -54,8 +63,10 @@ class Opening:
     Args:
         problem: the design problem.
         family: whether each session draws a task of its own.
-        start: "centre" of the box, "random", or "pool": the start stored with the task.
-        pool: file of solved tasks, None without one; a Family then draws its solvable tasks.
+        start: "centre" of the box, "random", "pool": the start stored with the task, or
+            "interpolated" between the pool's optima.
+        pool: solved tasks, None without them: their file, the name of a split, or a Pool; a Family
+            then draws the solvable ones.
         regret: whether the optimum of each task must be known.
 
     Raises:
@@ -68,27 +79,42 @@ class Opening:
         *,
         family: bool,
         start: str,
-        pool: str | os.PathLike[str] | None,
+        pool: PoolLike | None,
         regret: bool,
     ) -> None:
         check_known("start", [start], STARTS)
         if family not in (True, False):
             raise ValueError(f"family is {family!r}: it must be True or False")
-        if pool is None and (start == "pool" or (regret and family)):
-            what = "start='pool'" if start == "pool" else "reward='regret' of a Family"
-            raise ValueError(f"{what} needs solved tasks: give pool='FILE.npz'")
+        of_pool = start in ("pool", "interpolated")
+        if pool is None and (of_pool or (regret and family)):
+            what = f"start={start!r}" if of_pool else "reward='regret' of a Family"
+            raise ValueError(f"{what} needs solved tasks: give pool='FILE.npz' or pool='train'")
         self.problem = problem
         self.family = family
         self.start = start
         self.regret = regret
+        self.pool = None if pool is None else read_pool(problem, pool)
+        self.between: Any = None
+        if start == "interpolated":
+            self.between = imported(BETWEEN)(problem, self.pool)
         self.solved: Solved | None = None
-        if pool is not None:
-            self.solved = read_pool(problem, pool)
+        if self.pool is not None:
+            words = "the pool" if isinstance(pool, Pool) else repr(str(pool))
+            self.solved = solved_tasks(problem, self.pool, words)
         elif regret:
             self.solved = paper_optimum(problem)
         self._home = problem.pack(None)[None]
-        if not family and (regret or start == "pool"):
-            self._find(self._home)
+        if not family:
+            self.check_stored(self._home)
+
+    def check_stored(self, tasks: FloatArray) -> None:
+        """Refuse packed tasks (n, m) that sessions can't be about, since no optimum is stored.
+
+        Raises:
+            ValueError: naming the first.
+        """
+        if self.regret or self.start == "pool":
+            self._find(tasks)
 
     def draw(
         self, generators: Sequence[np.random.Generator], options: Mapping[str, Any] | None = None
@@ -120,6 +146,8 @@ class Opening:
             starts = given_designs(self.problem, given["design"], n)
         elif self.solved and stored_start:
             starts = self.solved.starts[rows]
+        elif self.between:
+            starts = self.between.designs(tasks)
         else:
             place = unit[:, m:] if self.start == "random" else np.full((n, d), 0.5)
             starts = self.problem.low + (self.problem.high - self.problem.low) * place
@@ -150,18 +178,41 @@ class Opening:
         return rows
 
 
-def read_pool(problem: DesignProblem, path: str | os.PathLike[str]) -> Solved:
-    """Return the solvable tasks of a pool file.
+def read_pool(problem: DesignProblem, given: PoolLike) -> Pool:
+    """Return solved tasks: a Pool, a split by name, or a file.
 
     Raises:
-        ValueError: for a file that is no pool of the problem, or has no solvable task.
+        ValueError: for what is no pool of the problem, or has no solvable task.
     """
-    pool = Pool.load(path, problem)
-    kept = pool.solvable
-    if not kept.any():
-        raise ValueError(f"{str(path)!r} has no solvable task: expected at least one")
-    optima = problem.evaluate(pool.designs[kept], pool.tasks[kept]).log_merit
-    return Solved(pool.tasks[kept], pool.starts[kept], optima, repr(str(path)))
+    if isinstance(given, Pool):
+        pool = given
+        pool.check(problem)
+    elif isinstance(given, str) and given in SPLITS:
+        pool = _split(problem, given)
+    else:
+        pool = Pool.load(given, problem)
+    if not pool.solvable.any():
+        what = "the pool" if isinstance(given, Pool) else repr(str(given))
+        raise ValueError(f"{what} has no solvable task: expected at least one")
+    return pool
+
+
+def _split(problem: DesignProblem, name: str) -> Pool:
+    plain, pool = imported(LOAD_SPLIT)(lasting(problem), name)
+    if plain.hash() != problem.hash():
+        raise ValueError(
+            f"pool={name!r} is of the Family of {problem.name} as it comes, which differs from "
+            "this problem in variables or options: give pool='FILE.npz'"
+        )
+    found: Pool = pool
+    return found
+
+
+def solved_tasks(problem: DesignProblem, pool: Pool, source: str) -> Solved:
+    """Return the solvable tasks of a pool with the log merit of their optima."""
+    kept = pool.only(pool.solvable)
+    optima = problem.evaluate(kept.designs, kept.tasks).log_merit
+    return Solved(kept.tasks, kept.starts, optima, source)
 
 
 def paper_optimum(problem: DesignProblem) -> Solved:
@@ -178,6 +229,8 @@ def paper_optimum(problem: DesignProblem) -> Solved:
             f"reward='regret' knows the optimum of the paper's {problem.name} only, with its task, "
             "variables and options as they come: give pool='FILE.npz' for another"
         )
+    if wrong := disagreement(paper, optimum):
+        raise ValueError(f"reward='regret' has no optimum to go by: {wrong}")
     task, design = paper.pack(None), paper.design(optimum.design)
     log_merit = paper.evaluate(design[None], task[None]).log_merit
     return Solved(task[None], design[None], log_merit, "paper.toml")

@@ -23,7 +23,8 @@ def register_environments() -> None:
     for declaration in own_declarations():
         register_problem(declaration.name, declaration)
     for _, where, environment in installed_environments():
-        _register_ids(environment, where, {}, {})
+        _register_ids(environment, where, {})
+        _register_motion(environment, where, {})
 
 
 def register_problem(where: str, declaration: Declaration) -> None:
@@ -33,19 +34,25 @@ def register_problem(where: str, declaration: Declaration) -> None:
         where: what the environments make it from: its name, or "module:Class".
         declaration: what is declared of it.
     """
-    _register_ids(declaration.environment, where, declaration.motion, declaration.family)
+    _register_ids(declaration.environment, where, declaration.family)
+    if declaration.motion is not None:
+        _register_motion(declaration.motion_environment, where, declaration.motion)
 
 
 def environment_ids(declaration: Declaration) -> tuple[str, ...]:
     """Return the ids of a declared problem that are registered; without a twin nothing moves."""
-    kinds = ("", "Family") if declaration.motion is None else ("", "Family", "Motion")
-    ids = [f"PKM/{declaration.environment}{kind}-v0" for kind in kinds]
+    ids = [f"PKM/{declaration.environment}{kind}-v0" for kind in ("", "Family")]
+    if declaration.motion is not None:
+        ids.append(motion_id(declaration))
     return tuple(env_id for env_id in ids if env_id in registry)
 
 
-def _register_ids(
-    environment: str, where: str, motion: Mapping[str, Any] | None, family: Mapping[str, Any]
-) -> None:
+def motion_id(declaration: Declaration) -> str:
+    """Return the id of the environment that drives a declared problem's twin."""
+    return _motion_id(declaration.motion_environment)
+
+
+def _register_ids(environment: str, where: str, family: Mapping[str, Any]) -> None:
     for kind, arguments in (("", {"family": False}), ("Family", {"family": True, **family})):
         _register(
             f"PKM/{environment}{kind}-v0",
@@ -53,9 +60,14 @@ def _register_ids(
             vector_entry_point=VECTOR,
             kwargs={"problem": where, **arguments},
         )
-    if motion is not None:
-        kwargs = {"problem": where, **motion}
-        _register(f"PKM/{environment}Motion-v0", entry_point=MOTION, kwargs=kwargs)
+
+
+def _register_motion(environment: str, where: str, motion: Mapping[str, Any]) -> None:
+    _register(_motion_id(environment), entry_point=MOTION, kwargs={"problem": where, **motion})
+
+
+def _motion_id(environment: str) -> str:
+    return f"PKM/{environment}Motion-v0"
 
 
 def _register(env_id: str, **arguments: Any) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import logger
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
@@ -13,8 +16,12 @@ from pkm_gym.core.types import FloatArray
 
 Frame = npt.NDArray[np.uint8]
 
-
 RENDERERS = ("matplotlib", "mujoco")
+TOOLKITS = ("macosx", "qtagg", "gtk4agg", "gtk3agg", "tkagg", "wxagg")  # as matplotlib tries them
+NO_DISPLAY = (
+    "render_mode='human' shows nothing: there is no display here, or no toolkit to open a window "
+    "with; render_mode='rgb_array' returns the pictures"
+)
 BLANK = 235  # grey of a picture without a machine
 
 
@@ -64,43 +71,65 @@ class Painter:
 
 
 class Window:
-    """A window that shows one picture after the other; nothing, where there is no display."""
+    """A window of its own that shows one picture after the other, until somebody closes it.
+
+    It is apart from pyplot, so that what others choose or draw there makes no difference.
+    """
 
     def __init__(self) -> None:
-        self._figure: Any = None
+        self._manager: Any = None
+        self._over = False  # closed, or never to be opened
 
     def show(self, painter: Painter, design: FloatArray, task: FloatArray) -> None:
-        """Show a design (d,) on a packed task (m,)."""
-        if not _interactive():
+        """Show a design (d,) on a packed task (m,); warn, once, where no window can be opened."""
+        if self._manager is None and not self._over:
+            self._open(painter.problem.title)
+        if self._over:
             return
-        from matplotlib import pyplot
-
-        if self._figure is None:
-            self._figure = pyplot.figure(painter.problem.title, figsize=(10.0, 6.0))
-        self._figure.clear()
-        axes = self._figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        canvas = self._manager.canvas
+        canvas.figure.clear()
+        axes = canvas.figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.imshow(painter.frame(design, task))
         axes.set_axis_off()
-        pyplot.pause(0.001)
+        canvas.draw()
+        canvas.start_event_loop(0.001)
 
     def close(self) -> None:
         """Close the window."""
-        if self._figure is not None:
-            from matplotlib import pyplot
-
-            pyplot.close(self._figure)
-            self._figure = None
+        manager, self._manager = self._manager, None
+        if manager is not None and not self._over:
+            manager.destroy()
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the window where it was opened."""
-        return {"_figure": None}
+        return {"_manager": None, "_over": False}
+
+    def _open(self, title: str) -> None:
+        self._manager = _new_window(title)
+        if self._manager is None:
+            logger.warn(NO_DISPLAY)
+            self._over = True
+        else:
+            self._manager.canvas.mpl_connect("close_event", self._closed)
+
+    def _closed(self, _: Any) -> None:
+        self._over = True
 
 
-def _interactive() -> bool:
-    """Return whether matplotlib's backend opens windows."""
-    import matplotlib
+def _new_window(title: str) -> Any:
+    """Return the manager of a new figure's window, by the first toolkit that opens one, or None."""
     from matplotlib.backends.registry import backend_registry
+    from matplotlib.figure import Figure
 
-    backend = matplotlib.get_backend()
-    _, framework = backend_registry.resolve_backend(backend)  # type: ignore[no-untyped-call]  # matplotlib gives no type
-    return framework is not None
+    if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
+        return None
+    for name in TOOLKITS:
+        try:
+            backend: Any = backend_registry.load_backend_module(name)  # type: ignore[no-untyped-call]  # matplotlib gives no type
+            manager = backend.FigureCanvas.new_manager(Figure(figsize=(10.0, 6.0)), 0)
+            manager.set_window_title(title)
+            manager.show()
+        except (Exception, SystemExit):  # each toolkit has its own for what it lacks
+            continue
+        return manager
+    return None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 
 import numpy as np
 
 from pkm_gym.core.names import check_known
+from pkm_gym.core.reading import is_number
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.envs.checks import check_whole
 
 ACTION_MODES = ("relative", "absolute")
-REWARDS = ("improvement", "final", "regret")
+REWARDS = ("improvement", "final", "regret", "objectives")
 REGRET_WEIGHT = 0.3
 
 
@@ -38,8 +38,7 @@ class Rules:
         check_whole("budget", self.budget)
         for name in ("step_first", "step_decay", "step_min", "regret_floor"):
             value = getattr(self, name)
-            number = isinstance(value, int | float) and isfinite(value)
-            if not (number and 0.0 < value <= 1.0):
+            if not (is_number(value) and 0.0 < value <= 1.0):
                 raise ValueError(f"{name} is {value!r}: it must be greater than 0 and at most 1")
         if self.step_min > self.step_first:
             raise ValueError(
@@ -57,7 +56,7 @@ class Rules:
     def earned(
         self, before: FloatArray, after: FloatArray, optimum: FloatArray, last: BoolArray
     ) -> FloatArray:
-        """Return the rewards (n,) of steps.
+        """Return the rewards (n,) of steps, where they are numbers.
 
         Args:
             before: array (n,), the best log merit before the step.

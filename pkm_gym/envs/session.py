@@ -14,6 +14,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.merit import WORST, precedence
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.envs.objectives import Rewards, objective_rewards
 from pkm_gym.envs.rules import Rules
 
 Rows = npt.NDArray[np.intp]
@@ -106,12 +107,17 @@ class Session:
             designs = self.best.designs[rows] + span * moves * self.step_size[rows, None]
         return np.clip(designs, low, self.problem.high)
 
-    def step(self, rows: Rows, actions: FloatArray) -> tuple[Evaluation, FloatArray]:
-        """Take one step in the sessions of ``rows``: return the evaluation (k) and rewards (k,)."""
+    def step(self, rows: Rows, actions: FloatArray) -> tuple[Evaluation, FloatArray | Rewards]:
+        """Take one step in the sessions of ``rows``: return the evaluation (k) and the rewards.
+
+        Rewards are (k,), or (k, objectives).
+        """
         before = self.best.log_merit[rows]
         designs = self.propose(rows, actions)
         evaluation = self.problem.evaluate(designs, self.tasks[rows])
         self.record(rows, evaluation)
+        if self.rules.reward == "objectives":
+            return evaluation, objective_rewards(evaluation)
         after, optima = self.best.log_merit[rows], self.optima[rows]
         return evaluation, self.rules.earned(before, after, optima, self.left[rows] == 0)
 

@@ -15,15 +15,16 @@ from gymnasium.vector.utils import batch_space
 
 from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
-from pkm_gym.envs.checks import check_whole, finite
+from pkm_gym.envs.checks import check_arguments, check_whole, finite
 from pkm_gym.envs.design import DesignEnv, Observation
-from pkm_gym.envs.infos import Info, merge, reset_info, select, step_info
+from pkm_gym.envs.infos import Info, merge, select, session_info
+from pkm_gym.envs.objectives import Rewards, RewardSpace
 from pkm_gym.envs.observation import observe
 from pkm_gym.envs.rendering import Frame
 from pkm_gym.envs.session import Rows, Session
 
 
-class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class DesignVectorEnv(RewardSpace, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """What n ``DesignEnv`` in a ``SyncVectorEnv`` give, many times faster.
 
     Spaces, rewards and infos are those of ``DesignEnv``, batched as Gymnasium batches them. Each
@@ -61,6 +62,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         Raises:
             ValueError: for an unknown name, with its closest match, or an illegal value.
         """
+        check_arguments(problem, arguments, DesignVectorEnv, DesignEnv)
         check_whole("num_envs", num_envs)
         if not isinstance(autoreset_mode, AutoresetMode):
             check_known("autoreset_mode", [autoreset_mode], [mode.value for mode in AutoresetMode])
@@ -124,8 +126,8 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
 
     def step(
         self, actions: npt.NDArray[Any]
-    ) -> tuple[Observation, FloatArray, BoolArray, BoolArray, Info]:
-        """Evaluate the designs that the actions (n, d) mean.
+    ) -> tuple[Observation, FloatArray | Rewards, BoolArray, BoolArray, Info]:
+        """Evaluate the designs that the actions (n, d) mean; the rewards are (n,), or (n, k).
 
         Raises:
             ValueError: for a wrong shape or type, NaN or infinity; nothing has changed then.
@@ -135,9 +137,10 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
         opened, rows = np.flatnonzero(self._to_reset), np.flatnonzero(~self._to_reset)
         if (self.session.left[rows] == 0).any():
             raise ResetNeeded("a session is over or has not begun: call reset()")
-        rewards = np.zeros(self.num_envs)
-        evaluation, rewards[rows] = self.session.step(rows, moves[rows])
-        info = step_info(self.session, rows, evaluation) if self.infos else {}
+        evaluation, earned = self.session.step(rows, moves[rows])
+        rewards = np.zeros((self.num_envs, *earned.shape[1:]), dtype=earned.dtype)
+        rewards[rows] = earned
+        info = session_info(self.session, rows, evaluation) if self.infos else {}
         ended = np.zeros(self.num_envs, dtype=np.bool_)
         ended[rows] = self.session.left[rows] == 0
         infos: Info = {}
@@ -173,7 +176,7 @@ class DesignVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]
 
     def _reset_info(self, infos: Info, rows: Rows) -> Info:
         if self.infos:
-            merge(infos, reset_info(self.session, rows), rows, self.num_envs)
+            merge(infos, session_info(self.session, rows, None), rows, self.num_envs)
         return infos
 
     def _observations(self) -> Observation:

@@ -1,4 +1,4 @@
-"""Wrappers of a design environment: given tasks, a vector of objectives, a grid of designs."""
+"""Wrappers of a design environment: given tasks, a grid of designs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
 from pkm_gym.core.pool import Pool
-from pkm_gym.core.trial import trial_values
 from pkm_gym.core.types import FloatArray
 from pkm_gym.envs.checks import finite
 from pkm_gym.envs.design import DesignEnv, Observation
 from pkm_gym.envs.infos import Info
+from pkm_gym.envs.opening import read_pool
 
 Action: TypeAlias = npt.NDArray[Any]
 Env: TypeAlias = gym.Env[Observation, Action]
@@ -43,28 +43,29 @@ class FixedTasks(gym.Wrapper[Observation, Action, Observation, Action], RecordCo
 
     Args:
         env: a design environment.
-        tasks: packed tasks (n, m), or a Pool, such as a split of the benchmark.
+        tasks: packed tasks (n, m), or a Pool, such as a split of the benchmark: those of its tasks
+            that are solvable, since the others have no optimum to be measured by.
 
     Attributes:
+        tasks: array (n, m), packed, the tasks that it goes through.
         row: which task the running episode is about; -1 before the first.
 
     Raises:
         TypeError: if ``env`` is no design environment.
-        ValueError: for another problem's pool, a wrong shape or an illegal task.
+        ValueError: for another problem's pool or one without a solvable task, a wrong shape, an
+            illegal task, or one without a stored optimum where the environment needs it.
     """
 
     def __init__(self, env: Env, tasks: FloatArray | Pool) -> None:
-        problem = design_env(env, "FixedTasks").problem
+        inner = design_env(env, "FixedTasks")
+        problem = inner.problem
         if isinstance(tasks, Pool):
-            if tasks.hash != problem.hash():
-                raise ValueError(
-                    f"the pool belongs to another problem (hash {tasks.hash[:12]}): FixedTasks "
-                    f"needs one of {problem.name} (hash {problem.hash()[:12]})"
-                )
-            tasks = tasks.tasks
+            pool = read_pool(problem, tasks)
+            tasks = pool.tasks[pool.solvable]
         n = max(1, len(tasks)) if np.ndim(tasks) else 1
         self.tasks = finite("tasks", tasks, (n, len(problem.task_variables)))
         problem.task_type.check_rows(self.tasks)
+        inner.opening.check_stored(self.tasks)
         self.row = -1
         RecordConstructorArgs.__init__(self, tasks=self.tasks.tolist())
         gym.Wrapper.__init__(self, env)
@@ -85,47 +86,13 @@ class FixedTasks(gym.Wrapper[Observation, Action, Observation, Action], RecordCo
         return result
 
 
-class MultiObjective(gym.Wrapper[Observation, Action, Observation, Action], RecordConstructorArgs):
-    """Reward each step with a vector, one number for each objective, larger is better.
-
-    It follows MO-Gymnasium: ``reward_space`` describes the vector, and ``step`` returns it as a
-    float32 array (k,). It holds the objectives of the design that the step evaluated, those that
-    are minimised with a minus; where the design breaks a constraint, each objective's ``worst``
-    made worse by the violation. The scalar reward is ``info["scalar_reward"]``.
-
-    Args:
-        env: a design environment, made with ``objective=("...", "...")`` for several.
-
-    Raises:
-        TypeError: if ``env`` is no design environment.
-    """
-
-    def __init__(self, env: Env) -> None:
-        self._inner = design_env(env, "MultiObjective")
-        RecordConstructorArgs.__init__(self)
-        gym.Wrapper.__init__(self, env)
-        problem = self._inner.problem
-        self._signs = np.array([-item.sign for item in problem.objectives])
-        worst = self._signs * [item.worst for item in problem.objectives]
-        lowest = (worst - len(problem.constraint_names)).astype(np.float32)
-        self.reward_space = spaces.Box(lowest, np.full_like(lowest, np.inf), dtype=np.float32)
-
-    def step(self, action: Action) -> tuple[Observation, npt.NDArray[np.float32], bool, bool, Info]:
-        """Take the step; return the vector in place of the scalar reward."""
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        assert self._inner.evaluation is not None
-        vector = self._signs * trial_values(self._inner.evaluation)[0]
-        info["scalar_reward"] = float(reward)
-        return observation, vector.astype(np.float32), terminated, truncated, info
-
-
-class PaperGrid(
+class DesignGrid(
     gym.ActionWrapper[Observation, np.int64, Action],
     RecordConstructorArgs,
 ):
     """Choose among the designs of a grid by number, for learners such as DQN.
 
-    It is ``problem.grid()``: over the paper's ranges, with steps of ours where it prints none.
+    It is ``problem.grid()``: the paper's values where it prints them, steps of ours elsewhere.
 
     Args:
         env: a design environment, made with ``action_mode="absolute"``.
@@ -135,21 +102,21 @@ class PaperGrid(
 
     Raises:
         TypeError: if ``env`` is no design environment.
-        ValueError: if its paper has no grid, none of it lies within the bounds, or its actions are
-            relative.
+        ValueError: if its problem has no grid, none of it lies within the bounds, or its actions
+            are relative.
     """
 
     def __init__(self, env: Env) -> None:
-        inner = design_env(env, "PaperGrid")
+        inner = design_env(env, "DesignGrid")
         problem, mode = inner.problem, inner.rules.action_mode
         designs = problem.grid()
         if designs is None:
-            raise ValueError(f"the paper of {problem.name} has no grid: PaperGrid needs one")
+            raise ValueError(f"{problem.name} has no grid of designs: DesignGrid needs one")
         if len(designs) == 0:
             raise ValueError(f"no design of the grid lies within the bounds of this {problem.name}")
         if mode != "absolute":
             raise ValueError(
-                f"action_mode is {mode!r}: PaperGrid needs an environment made with "
+                f"action_mode is {mode!r}: DesignGrid needs an environment made with "
                 "action_mode='absolute'"
             )
         RecordConstructorArgs.__init__(self)

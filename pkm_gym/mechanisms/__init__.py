@@ -19,7 +19,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from pkm_gym.core.declaration import Declaration, environment_name
-from pkm_gym.core.names import check_known, imported
+from pkm_gym.core.names import check_known, imported, module_of_yours
 
 if TYPE_CHECKING:
     from pkm_gym.core.problem import DesignProblem
@@ -246,10 +246,8 @@ def _imported(where: str) -> Any:
 
 
 def _module(module: str, where: str) -> ModuleType:
-    if "" not in sys.path:
-        sys.path.append("")
     try:
-        return import_module(module)
+        return module_of_yours(module)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise ValueError(f"the mechanism {where!r} needs {error.name}: install it") from error

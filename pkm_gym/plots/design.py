@@ -78,7 +78,6 @@ def index_map_figure(
     if index is not None:
         check_known("index map", [index], maps.indices)
     names = [index] if index else list(maps.indices)
-    docs = {item.name: item.doc for item in problem.index_table}
     rows, columns = -(-len(names) // 2), min(2, len(names))
     width, height = 5.0 * columns, 1.85 * rows
     figure = new_figure(width, height)
@@ -86,7 +85,8 @@ def index_map_figure(
         row, column = divmod(k, columns)
         left, bottom = 5.0 * column + 0.62, height - 1.85 * (row + 1) + 0.47
         box = (left / width, bottom / height, 3.5 / width, 1.1 / height)
-        axes = panel(figure, box, title=docs[name][0].upper() + docs[name][1:])
+        doc = maps.indices[name].doc or maps.indices[name].name
+        axes = panel(figure, box, title=doc[:1].upper() + doc[1:])
         draw_map(axes, maps, maps.indices[name])
     return figure
 

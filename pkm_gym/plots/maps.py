@@ -172,7 +172,7 @@ def _mark_extremes(axes: Axes, maps: WorkspaceMaps, index: IndexMap) -> None:
     if at is not None:
         _mark(axes, maps, at, "ink", "o")
     for values in maps.violations.values():
-        if np.nanmax(values) > 0.0:
+        if np.nanmax(values, initial=0.0) > 0.0:
             _mark(axes, maps, int(np.nanargmax(values)), "bad", "X")
 
 

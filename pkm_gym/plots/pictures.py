@@ -1,7 +1,8 @@
 """Pictures by name: what a mechanism's ``figures.py`` offers, and what every mechanism has.
 
 A ``figures.py`` says what it offers in ``PICTURES`` and, if it has any, ``SOLIDS`` and
-``ANIMATIONS``: problem -> name -> ``Picture``, ``Solid`` or ``Animation``.
+``ANIMATIONS``: problem -> name -> ``Picture``, ``Solid`` or ``Animation``. What can be made of any
+design, not just of the paper's, takes the design (d,) as its last argument, and says so.
 """
 
 from __future__ import annotations
@@ -23,23 +24,32 @@ class Picture(NamedTuple):
     """A figure of a problem: what it shows, and the function that draws it."""
 
     caption: str
-    draw: Callable[[DesignProblem], Figure]
+    draw: Callable[..., Figure]
+    any_design: bool = False
 
 
 class Solid(NamedTuple):
     """A body that is written as .stl: what it is, and the function that writes it."""
 
     caption: str
-    write: Callable[[DesignProblem, Path], Path]
+    write: Callable[..., Path]
+    any_design: bool = False
 
 
 class Animation(NamedTuple):
     """A moving picture that is written as .gif: what it shows, its frames, frames per second."""
 
     caption: str
-    frames: Callable[[DesignProblem], Iterable[Figure]]
+    frames: Callable[..., Iterable[Figure]]
     fps: float
+    any_design: bool = False
 
+
+# What every mechanism has of a design.
+OF_DESIGN = {
+    "design": Picture("the design", design_figure, any_design=True),
+    "design_maps": Picture("its index maps", index_map_figure, any_design=True),
+}
 
 Pictures: TypeAlias = Mapping[str, Picture]
 Solids: TypeAlias = Mapping[str, Solid]

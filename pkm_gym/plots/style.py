@@ -40,6 +40,7 @@ GREEK = {
     "eta": r"\eta",
     "gamma": r"\gamma",
     "lam": r"\lambda",
+    "lambda": r"\lambda",
     "mu": r"\mu",
     "omega": r"\omega",
     "phi": r"\varphi",

@@ -1,4 +1,4 @@
-"""Pictures of twins: still ones, and the frames of a movie along the paper's path."""
+"""Pictures of twins: still ones, and the frames of a movie along its path."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def picture(mechanism: Mechanism, camera: Camera, pose: FloatArray | None = None
 
 
 def movie(mechanism: Mechanism, camera: Camera, frames: int) -> Iterator[Pixels]:
-    """Yield pictures of the machine on the paper's path at equal time steps.
+    """Yield pictures of the machine on its path at equal time steps.
 
     Once around a path that ends where it began, there and back on another.
 
@@ -154,7 +154,7 @@ def movie(mechanism: Mechanism, camera: Camera, frames: int) -> Iterator[Pixels]
     else:
         poses = np.concatenate([poses, poses[-2:0:-1]])
     if not np.isfinite(mechanism.inverse_kinematics(poses)).all():
-        raise ValueError("the paper's path leaves the reach of this machine: choose another design")
+        raise ValueError("its path leaves the reach of this machine: choose another design")
     points, cuts = _engraved(twin, frames)
     for k, row in enumerate(twin.coordinates(poses)):
         twin.place(row)

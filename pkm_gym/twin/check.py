@@ -72,14 +72,16 @@ def check(mechanism: Mechanism, poses: FloatArray | None = None) -> tuple[Row, .
     Returns:
         A row a quantity: closure of the loops at the analytic poses; the platform that servos hold
         against gravity, against forward kinematics of the joints measured there (where the twin's
-        solver is without gravity, what gravity adds is only reported); Jacobian by virtual work;
-        joint rates along the paper's path; where the mechanism has ``acceleration``, that at random
+        solver is without gravity, what gravity adds is only reported, and where it doesn't bear it,
+        not even that); Jacobian by virtual work;
+        joint rates along its path; where the mechanism has ``acceleration``, that at random
         steady joint rates; where the twin's module has ``piston_speeds``, those of the driven twin;
         and, where the mechanism has dynamics, the drives' torques on the path.
 
     Raises:
         ValueError: for a mechanism without a twin, or a pose out of reach.
     """
+    mechanism = mechanism.real()
     twin = Twin(mechanism, mechanism.sample_poses()[0])
     if poses is None:
         poses = twin.module.draw_poses(mechanism, POSES, np.random.default_rng(0))
@@ -117,16 +119,22 @@ def check_designs(
 def random_designs(problem: DesignProblem, n: int, seed: int) -> FloatArray:
     """Return n feasible designs (n, d), drawn uniformly from the box for the problem's task.
 
+    Feasible under the ``finer`` options, too, that the problem declares.
+
     Raises:
         ValueError: where too few of ten million random designs are feasible.
     """
     generator = np.random.default_rng(seed)
+    finer = problem.with_task(problem.task, **problem.declared.finer)
     found = np.empty((0, len(problem.low)))
     for _ in range(BATCHES):
         if len(found) >= n:
             return found[:n]
         drawn = generator.uniform(problem.low, problem.high, (BATCH, len(problem.low)))
-        found = np.concatenate([found, drawn[problem.evaluate(drawn).feasible]])
+        drawn = drawn[problem.evaluate(drawn).feasible]
+        if finer.options != problem.options:
+            drawn = drawn[finer.evaluate(drawn).feasible]
+        found = np.concatenate([found, drawn])
     raise ValueError(
         f"{problem.name} has {len(found)} feasible designs among {BATCH * BATCHES:,} random ones: "
         f"{n} were asked for"
@@ -135,14 +143,13 @@ def random_designs(problem: DesignProblem, n: int, seed: int) -> FloatArray:
 
 def _row(twin: Twin, errors: Errors) -> Row:
     at = int(np.argmax(errors.values))
-    pose = zip(twin.mechanism.pose_names, errors.poses[at], strict=True)
     return Row(
         twin.mechanism.twin_module.split(".")[-2],
         errors.quantity,
         float(errors.values[at]),
         errors.limit,
         errors.unit,
-        ", ".join(f"{name} {round(value, 9) + 0.0:.3g}" for name, value in pose),
+        twin.mechanism.place(errors.poses[at]),
         str(twin.module.SOLVER),
     )
 
@@ -160,7 +167,11 @@ def _geometry(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
 
 
 def _settled(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
-    off, from_wanted = _settled_off(twin, poses)
+    held = twin
+    if not twin.module.SOLVER.bears:
+        held = Twin(twin.mechanism, twin.home)
+        held.model.opt.gravity[:] = 0.0
+    off, from_wanted = _settled_off(held, poses)
     yield Errors("settled position", np.linalg.norm(off[..., 3], axis=1), poses, 1e-6, "m")
     if len(twin.mechanism.pose_names) > 2:  # the platform turns
         turned = np.abs(off[..., :3]).max(axis=(1, 2))
@@ -178,7 +189,8 @@ def _settled(twin: Twin, poses: FloatArray) -> Iterator[Errors]:
 def _settled_off(twin: Twin, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how far frames are off where servos hold the twin at poses (n, k).
 
-    From those of the joints measured there (n, 3, 4), and from the wanted positions (n,), m.
+    From those of the joints measured there (n, 3, 4), in the mode that it rests in, and from the
+    wanted positions (n,), m.
     """
     off, from_wanted = np.full((len(poses), 3, 4), inf), np.full(len(poses), inf)
     wanted = twin.module.frames(twin.mechanism, poses)[..., 3]
@@ -187,7 +199,8 @@ def _settled_off(twin: Twin, poses: FloatArray) -> tuple[FloatArray, FloatArray]
             settled = twin.settle(joints)
         except RuntimeError:  # it never rests: infinitely far off
             continue
-        pose = twin.mechanism.forward_kinematics(settled.joints[None], poses[k])
+        near = twin.module.pose(twin.mechanism, settled.frame)
+        pose = twin.mechanism.forward_kinematics(settled.joints[None], near)
         off[k] = twin.module.frames(twin.mechanism, pose)[0] - settled.frame
         from_wanted[k] = np.linalg.norm(wanted[k] - settled.frame[:, 3])
     return off, from_wanted

@@ -1,4 +1,4 @@
-"""Drive a twin along the paper's path by computed torque, and read its motors."""
+"""Drive a twin along its path by computed torque, and read its motors."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Drive:
 
 
 def computed_torque(mechanism: Mechanism) -> Drive:
-    """Let a twin follow the paper's path once, its motors driven by the mechanism's dynamics.
+    """Let a twin follow its path once, its motors driven by the mechanism's dynamics.
 
     The motors get ``inverse_dynamics`` of the measured position and velocity and of the wanted
     acceleration, corrected by what is missing in position and velocity.

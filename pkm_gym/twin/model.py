@@ -9,7 +9,7 @@ import numpy as np
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.trajectory import polynomial_345
-from pkm_gym.core.twin import BANDWIDTH, twin_module
+from pkm_gym.core.twin import twin_module
 from pkm_gym.core.types import FloatArray
 
 RAMP, HOLD = 0.3, 4.0  # s: the servos' way to a pose, and the longest wait there
@@ -34,14 +34,14 @@ class Twin:
         lumped: build the variant that the mechanism's own dynamics describes.
 
     Attributes:
-        servo_inertia: array (joints,), kg or kg m^2, what each servo is laid out for.
+        servo_inertia: array (joints,), kg or kg m^2, what each servo is critically damped with.
 
     Raises:
         ValueError: for a pose out of reach, or a mechanism without a twin.
     """
 
     def __init__(self, mechanism: Mechanism, home: FloatArray, *, lumped: bool = False) -> None:
-        self.mechanism = mechanism
+        self.mechanism = mechanism = mechanism.real()
         self.home = np.asarray(home, dtype=float)
         self.module = twin_module(mechanism)
         module: Any = self.module
@@ -58,8 +58,17 @@ class Twin:
             np.array([self.model.actuator(f"{kind}_{name}").id for name in mechanism.joint_names])
             for kind in ("servo", "motor")
         )
-        self.servo_inertia = self.model.actuator_gainprm[self.servos, 0] / BANDWIDTH**2
+        damping = self.model.actuator_biasprm[self.servos, 2]
+        self.servo_inertia = 0.25 * damping**2 / self.model.actuator_gainprm[self.servos, 0]
         mujoco.mj_forward(self.model, self.data)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the module, which has a name, and the model, which MuJoCo keeps with data."""
+        return {k: value for k, value in vars(self).items() if k not in ("module", "model")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.module, self.model = twin_module(self.mechanism), self.data.model
 
     # Kinematics -----------------------------------------------------------------------------------
 
@@ -163,6 +172,8 @@ class Twin:
     def settle(self, joints: FloatArray) -> Settled:
         """Let the servos take the twin from home to joints (k,) until it rests there.
 
+        It is stopped in the middle of each swing, where it is fastest: it comes to the same rest.
+
         Raises:
             RuntimeError: where it does not come to rest.
         """
@@ -173,10 +184,14 @@ class Twin:
         for k in range(CONTROLS):
             data.ctrl[self.servos] = polynomial_345((k + 1) / CONTROLS)[0] * way
             mujoco.mj_step(model, data, steps)
+        speed = 0.0
         for _ in range(round(HOLD / CHUNK)):
             mujoco.mj_step(model, data, round(CHUNK / model.opt.timestep))
-            if np.abs(data.qvel).max() < STILL:
+            before, speed = speed, float(np.abs(data.qvel).max())
+            if speed < STILL:
                 break
+            if speed < before:
+                data.qvel[:] = speed = 0.0
         else:
             raise RuntimeError(f"the twin has not come to rest {HOLD:g} s after its move")
         mujoco.mj_forward(model, data)

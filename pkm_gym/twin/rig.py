@@ -60,8 +60,8 @@ class Rig:
 
     Args:
         mechanism: the machine.
-        task: whose path it is; the paper's if None.
-        speed: how many times as fast as the paper's.
+        task: whose path it is; the default one if None.
+        speed: how many times as fast as the path's own speed.
         frame_skip: MuJoCo's steps in a control step.
 
     Raises:
@@ -71,6 +71,7 @@ class Rig:
     def __init__(
         self, mechanism: Mechanism, task: Any = None, *, speed: float = 1.0, frame_skip: int = 5
     ) -> None:
+        mechanism = mechanism.real()
         module = twin_module(mechanism)
         course = module.course(mechanism, SAMPLES, task).at_speed(speed)
         if course.duration > LONGEST * (SAMPLES - 1):

@@ -4,7 +4,7 @@ Any sampler competes in three lines of a module of yours; the method's name is t
 "module:attribute"::
 
     @method()
-    def brute(problem, pool):
+    def brute(view, training):
         return sampler_search(lambda seed: BruteForceSampler(seed=seed))
 """
 
@@ -12,19 +12,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from inspect import getfile
+from pathlib import Path
 
 import numpy as np
 from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
+from optuna import Trial, create_study
 from optuna.samplers import BaseSampler, TPESampler
 
-from pkm_gym.benchmark.evaluator import Evaluator
 from pkm_gym.benchmark.methods import Search, method
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.core.pool import Pool
-from pkm_gym.core.problem import DesignProblem
+from pkm_gym.benchmark.session import Session
+from pkm_gym.benchmark.training import Training
+from pkm_gym.benchmark.view import Told, View
+from pkm_gym.core.trial import penalised
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies import create_study
-from pkm_gym.studies.search.samplers import check_sampler, make_sampler, score, values_for
+from pkm_gym.studies.search.samplers import check_sampler, make_sampler, values_for
 from pkm_gym.studies.storage.storages import quiet
 from pkm_gym.studies.storage.studies import Values
 
@@ -50,93 +53,106 @@ def sampler_search(
         first: returns, for a packed task (m,), designs (n, d) to be tried first.
     """
 
-    def search(evaluator: Evaluator) -> None:
-        problem = evaluator.problem
-        seed = int(evaluator.generator.integers(2**31))
-        suggest = problem.objective_for().suggest
+    def search(session: Session) -> None:
+        view = session.view
+        seed = int(session.generator.integers(2**31))
+        less = values == "merit" or view.objective.sign > 0.0
         with quiet():
-            study = create_study(problem, merit=values == "merit", sampler=make(seed))
-            for design in first(evaluator.task) if first else ():
-                study.enqueue_trial(dict(zip(problem.variable_names, design, strict=True)))
+            study = create_study(direction="minimize" if less else "maximize", sampler=make(seed))
+            for design in first(session.task) if first else ():
+                study.enqueue_trial(dict(zip(view.variable_names, design, strict=True)))
             while True:
                 trial = study.ask()
-                evaluation = evaluator.evaluate(suggest(trial))
-                study.tell(trial, score(trial, evaluation, 0, values))
+                design = [trial.suggest_float(v.name, v.low, v.high) for v in view.variables]
+                study.tell(trial, _value(trial, session.evaluate(np.array(design)), view, values))
 
     return search
 
 
+def _value(trial: Trial, told: Told, view: View, values: Values) -> float:
+    """Return the value of the trial of the one design; set its constraints unless that is merit."""
+    if values == "merit":
+        return float(np.exp(told.log_merit[0]))
+    for name, value in zip(view.constraint_names, told.constraints[0], strict=True):
+        trial.set_constraint(name, float(value))
+    return float(penalised(told.values, told.constraints, view.objective)[0])
+
+
+def _optima(_name: str) -> list[Path]:
+    return [Path(getfile(KnownOptima))]
+
+
 @method()
-def tpe(_problem: DesignProblem, _pool: Pool) -> Search:
+def tpe(_view: View, _training: None) -> Search:
     """Search with TPE as Optuna sets it up: multivariate, constrained, 10 trials to start up."""
     return _named("tpe")
 
 
 @method()
-def tpe_4(_problem: DesignProblem, _pool: Pool) -> Search:
+def tpe_4(_view: View, _training: None) -> Search:
     """Search with TPE with 4 trials to start up."""
     return sampler_search(lambda seed: TPESampler(seed=seed, n_startup_trials=4))
 
 
 @method()
-def cmaes(problem: DesignProblem, _pool: Pool) -> Search:
+def cmaes(view: View, _training: None) -> Search:
     """Search with CMA-ES on the merit, from the centre of the box."""
     # Its first trial belongs to no generation: let it be the mean of the first one.
-    centre = 0.5 * (problem.low + problem.high)
+    centre = 0.5 * (view.low + view.high)
     return _named("cmaes", first=lambda _: centre[None])
 
 
 @method()
-def nsga2(_problem: DesignProblem, _pool: Pool) -> Search:
+def nsga2(_view: View, _training: None) -> Search:
     """Search with NSGA-II, constrained."""
     return _named("nsga2")
 
 
 @method(evaluations=40, tasks=16)
-def gp(_problem: DesignProblem, _pool: Pool) -> Search:
+def gp(_view: View, _training: None) -> Search:
     """Search with a Gaussian process, constrained; about a second a trial."""
     check_sampler("gp", 1)
     search = _named("gp")
 
-    def on_one_thread(evaluator: Evaluator) -> None:
+    def on_one_thread(session: Session) -> None:
         with _one_thread():
-            search(evaluator)
+            search(session)
 
     return on_one_thread
 
 
-@method(knowledge="transfer")
-def neighbours_tpe(problem: DesignProblem, pool: Pool) -> Search:
+@method(knowledge="transfer", files=_optima)
+def neighbours_tpe(view: View, training: Training) -> Search:
     """Search with TPE that is first given the optima of the nearest tasks."""
-    nearest = KnownOptima(problem, pool).nearest
+    nearest = KnownOptima(view, training).nearest
     return _named("tpe", first=lambda task: nearest(task, ENQUEUED))
 
 
-@method(knowledge="transfer")
-def neighbours_cmaes(problem: DesignProblem, pool: Pool) -> Search:
+@method(knowledge="transfer", files=_optima)
+def neighbours_cmaes(view: View, training: Training) -> Search:
     """Search with CMA-ES on the merit, from the mean of the optima of the nearest tasks."""
-    nearest = KnownOptima(problem, pool).nearest
-    span = problem.high - problem.low
+    nearest = KnownOptima(view, training).nearest
+    span = view.high - view.low
 
-    def search(evaluator: Evaluator) -> None:
-        near = (nearest(evaluator.task, STARTED_AT) - problem.low) / span
+    def search(session: Session) -> None:
+        near = (nearest(session.task, STARTED_AT) - view.low) / span
         while True:
-            _descend(evaluator, near.mean(axis=0))
+            _descend(session, near.mean(axis=0))
 
     return search
 
 
-def _descend(evaluator: Evaluator, mean: FloatArray) -> None:
+def _descend(session: Session, mean: FloatArray) -> None:
     """Run CMA-ES from a point (d,) of the unit cube until it has converged."""
-    problem = evaluator.problem
+    view = session.view
     d = len(mean)
     bounds = np.tile([0.0, 1.0], (d, 1))
-    seed = int(evaluator.generator.integers(2**31))
+    seed = int(session.generator.integers(2**31))
     optimiser = CMA(mean=mean, sigma=SIGMA, bounds=bounds, seed=seed)
     while not optimiser.should_stop():
         points = np.array([optimiser.ask() for _ in range(optimiser.population_size)])
-        designs = problem.low + (problem.high - problem.low) * points
-        told = evaluator.evaluate(np.clip(designs, problem.low, problem.high))
+        designs = view.low + (view.high - view.low) * points
+        told = session.evaluate(np.clip(designs, view.low, view.high))
         optimiser.tell(list(zip(points, map(float, told.log_merit), strict=True)))
 
 

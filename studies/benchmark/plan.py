@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,12 +13,13 @@ from rich.console import Console
 
 from pkm_gym.benchmark.methods import find_method
 from pkm_gym.benchmark.record import EvaluationLog, Setting
-from pkm_gym.benchmark.run import Rows, run, splits_folder
+from pkm_gym.benchmark.run import Failed, Rows, run, splits_folder
 from pkm_gym.benchmark.splits import count_tasks, split_file
 from pkm_gym.mechanisms import family_problem
 from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.terminal import counter
 
+Failures: TypeAlias = dict[Setting, str]
 Report: TypeAlias = Callable[["Plan", EvaluationLog | None], None]
 
 
@@ -43,10 +44,27 @@ def planned(setting: Setting, tasks: int, folder: Path) -> Plan:
     return Plan(setting, rows, folder / f"{'-'.join((*words, f'seed{setting.seed}'))}.npz")
 
 
-def run_plans(plans: list[Plan], jobs: int, screen: Console) -> list[EvaluationLog]:
-    """Run what is not done yet, with a bar; return all logs."""
+def run_plans(
+    plans: list[Plan], jobs: int, screen: Console
+) -> tuple[list[EvaluationLog], Failures]:
+    """Run what is not done yet, with a bar; return the logs, and why methods failed.
+
+    One that fails leaves the others alone; it has no log then, whatever its other seeds did.
+    """
+    logs, failures = [], {}
     with _bar(screen, sum(len(plan.rows) for plan in plans)) as report:
-        return [_one(plan, jobs, report) for plan in plans]
+        for plan in plans:
+            if seedless(plan.setting) not in failures:
+                try:
+                    logs.append(_one(plan, jobs, report))
+                except Failed as reason:
+                    failures[seedless(plan.setting)] = str(reason)
+    return [log for log in logs if seedless(log.setting) not in failures], failures
+
+
+def seedless(setting: Setting) -> Setting:
+    """Return a setting as all of its seeds have it."""
+    return replace(setting, seed=0)
 
 
 def _one(plan: Plan, jobs: int, report: Report) -> EvaluationLog:

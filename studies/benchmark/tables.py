@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
+from pkm_gym.benchmark.record import Setting
 from pkm_gym.benchmark.scoring import (
     SCORED,
     WITHIN,
@@ -18,7 +19,7 @@ from pkm_gym.benchmark.scoring import (
     share_feasible,
     share_within,
 )
-from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after
+from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after, ranked
 from pkm_gym.core.files import whole_file
 from pkm_gym.mechanisms import problem_type
 from pkm_gym.studies.cli.terminal import FAINT, section, table
@@ -30,11 +31,20 @@ AGAINST = (12, 120, 300)  # evaluations of the others in a paired comparison
 EQUAL = (1, 2, 4, 8, 12, 16, 24)  # evaluations of both
 
 
-def show(screen: Console, entries: Sequence[Entry]) -> None:
-    """Print the standings of a problem's split: one set of tables for each track."""
-    setting = entries[0].setting
+def show(screen: Console, measured: Sequence[Entry]) -> None:
+    """Print the standings of a problem's split: one set of tables for each track.
+
+    What went past the door is named, not ranked.
+    """
+    setting, entries = measured[0].setting, ranked(measured)
     name = problem_type(setting.problem).name
     screen.print(section(f"{name}, {setting.split}: regret in per cent of the optimum"))
+    for entry in measured:
+        if entry.outside:
+            screen.print(
+                f"{entry.name} is not ranked: for a task it evaluated up to {entry.outside:,} "
+                "designs outside, that is past session.evaluate and training.evaluate"
+            )
     for track in sorted({entry.track for entry in entries}):
         own = [entry for entry in entries if entry.track == track]
         screen.print(section(track))
@@ -59,7 +69,7 @@ def show(screen: Console, entries: Sequence[Entry]) -> None:
         screen.print(_equal_duels(champion, entries[1:]))
         screen.print("of the tasks, in per cent; alike on others", style=FAINT)
     if any(entry.cost.evaluations for entry in entries):
-        screen.print(section("What was spent before the first task"))
+        screen.print(section("What was spent besides the evaluations on a task"))
         screen.print(_costs(entries))
         screen.print(
             "An evaluation of these models takes microseconds, and a whole search milliseconds: "
@@ -67,6 +77,15 @@ def show(screen: Console, entries: Sequence[Entry]) -> None:
             "prototype), and so evaluations are what is counted.",
             style=FAINT,
         )
+
+
+def show_failed(screen: Console, failures: Mapping[Setting, str]) -> None:
+    """Print which methods failed, and why."""
+    lines = table("failed", "reason")
+    for setting, reason in failures.items():
+        lines.add_row(setting.method, reason.removeprefix(f"{setting.method} "))
+    screen.print(section("failed, and not ranked"))
+    screen.print(lines)
 
 
 def _scores(entries: Sequence[Entry]) -> Any:
@@ -148,7 +167,7 @@ def _equal_duels(champion: Entry, others: Sequence[Entry]) -> Any:
 
 
 def _costs(entries: Sequence[Entry]) -> Any:
-    heads = ("evaluations", "processor s", "pays after")
+    heads = ("before the first", "processor s", "for each task", "pays after")
     lines = table("method", *heads, numbers=heads)
     never = "never" if any(e.setting.knowledge == "scratch" for e in entries) else ""
     for entry in entries:
@@ -159,6 +178,7 @@ def _costs(entries: Sequence[Entry]) -> Any:
                 entry.name,
                 f"{cost.evaluations:,}",
                 f"{cost.seconds:,.0f}" if np.isfinite(cost.seconds) else "unknown",
+                f"{entry.learned:,.0f}",
                 never if tasks is None else f"{tasks:,.0f} tasks",
             )
     return lines
@@ -202,6 +222,7 @@ def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
             "seconds_per_design": f"{entry.seconds:.3g}",
             "cost_evaluations": entry.cost.evaluations,
             "cost_seconds": f"{entry.cost.seconds:.0f}" if np.isfinite(entry.cost.seconds) else "",
+            "cost_per_task": f"{entry.learned:.4g}",
             "unsolvable": entry.violation.shape[1],
             "version": entry.version,
             "command": entry.command,

@@ -79,7 +79,7 @@ def problem_from(
         known = read_design(file, kind)
         words = known.words(design=False)
         words = {k: x for k, x in words.items() if k not in kind.declared.reporting}
-        set_, objective = _beside(words, set_), objective or known.objectives
+        set_, objective = _beside(kind, words, set_), objective or known.objectives
     settings = _settings(kind, set_)
     for key, text in settings.design.items():
         raise ValueError(
@@ -113,7 +113,8 @@ def design_from(
     kind = problem_type(name)
     known = read_design(file, kind) if file is not None else None
     if known is not None:
-        set_, objective = _beside(known.words(design=True), set_), objective or known.objectives
+        set_ = _beside(kind, known.words(design=True), set_)
+        objective = objective or known.objectives
     settings = _settings(kind, set_)
     held = {v.name for v in kind.all_variables if not (v.searched or free)}
     fix = [*(fix or ()), *(f"{k}={x}" for k, x in settings.design.items() if k in held)]
@@ -147,9 +148,11 @@ class _Settings:
     design: dict[str, str]
 
 
-def _beside(words: Mapping[str, str], set_: Texts) -> list[str]:
+def _beside(kind: type[DesignProblem], words: Mapping[str, str], set_: Texts) -> list[str]:
     """Return settings: those of a file, and over them what the user says."""
-    said = {**words, **_assignments("--set", set_)}
+    own = _assignments("--set", set_)
+    settled = {f"task.{r}" for h, (r, _) in kind.declared.products.items() if f"task.{h}" in own}
+    said = {key: text for key, text in words.items() if key not in settled} | own
     return [f"{key}={text}" for key, text in said.items()]
 
 
@@ -157,8 +160,9 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     task_units = {f"task.{item.name}": item.unit for item in kind.task_type.variables()}
     defaults = {item.name: item.default for item in fields(kind.options_type)}
     of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
-    settings = _Settings({}, {}, {})
-    for key, text in _assignments("--set", set_).items():
+    products = {f"task.{name}": pair for name, pair in kind.declared.products.items()}
+    settings, given = _Settings({}, {}, {}), _assignments("--set", set_)
+    for key, text in given.items():
         if key in task_units:
             value = parse(text, task_units[key], what=key)
             settings.task[key.removeprefix("task.")] = value
@@ -166,11 +170,46 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
             settings.options[key] = _option(key, text, defaults[key])
         elif key in of_design:
             settings.design[key] = text
-        elif f"task.{key}" in task_units:
-            raise ValueError(f"unknown setting {key!r}; did you mean 'task.{key}'?")
-        else:
-            raise ValueError(unknown("setting", key, {*task_units, *defaults, *of_design}))
+        elif key not in products:
+            raise ValueError(_unknown(key, {*task_units, *products}, {*defaults, *of_design}))
+    for key in products.keys() & given.keys():
+        ratio, other = products[key]
+        if f"task.{ratio}" in given:
+            raise ValueError(f"{key} and task.{ratio} say the same thing: leave one out")
+        length = settings.task.get(other, getattr(kind.task_type(), other))
+        value = parse(given[key], task_units[f"task.{other}"], what=key)
+        settings.task[ratio] = _ratio(kind, key, value, ratio, other, length)
     return settings
+
+
+def _unknown(key: str, of_task: set[str], others: set[str]) -> str:
+    """Return the sentence that refuses a setting, with what comes closest of its kind."""
+    if f"task.{key}" in of_task:
+        return f"unknown setting {key!r}; did you mean 'task.{key}'?"
+    if key.startswith("task."):
+        fields = {name.removeprefix("task.") for name in of_task}
+        return unknown("task field", key.removeprefix("task."), fields)
+    return unknown("setting", key, {*of_task, *others})
+
+
+def _ratio(
+    kind: type[DesignProblem], key: str, value: float, ratio: str, other: str, length: float
+) -> float:
+    """Return the task field that a product with another one settles, within its legal range."""
+    units = {item.name: item for item in kind.task_type.variables()}
+    item, unit = units[ratio], units[other].unit
+    share = value / length if length > 0.0 else math.inf
+    for bound in (item.legal_low, item.legal_high):
+        if math.isclose(share, bound, rel_tol=1e-12):
+            return bound  # as typed, it is the bound itself
+    if not item.legal_low <= share <= item.legal_high:
+        least, most = (show(bound * length, unit) for bound in (item.legal_low, item.legal_high))
+        raise ValueError(
+            f"{key} is {show(value, unit)}: with task.{other} = {show(length, unit)} it must be "
+            f"from {least} to {most}, since {ratio} ({item.doc}) is from {item.legal_low:g} to "
+            f"{item.legal_high:g}"
+        )
+    return share
 
 
 def _arguments(
@@ -259,8 +298,8 @@ def _changed_task(
         own = given.get(item.name, value)
         if not math.isclose(own, value, rel_tol=1e-6):
             raise ValueError(
-                f"task.{item.name} = {own:.6g} disagrees with {source}, which set it to "
-                f"{f'{value:.6g} {item.unit}'.rstrip()} ({item.doc}): leave one out"
+                f"task.{item.name} = {show(own, item.unit)} disagrees with {source}, which set it "
+                f"to {show(value, item.unit)} ({item.doc}): leave one out"
             )
     try:
         return problem.task.replace(**changes)

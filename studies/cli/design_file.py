@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from math import isfinite
@@ -14,6 +12,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import read_toml, shaped
 from pkm_gym.mechanisms import address, called
 from pkm_gym.studies.cli.words import evaluate_command, option_word
 
@@ -98,12 +97,9 @@ def read_design(path: Path, kind: type[DesignProblem]) -> DesignFile:
     Raises:
         ValueError: in one sentence that names the file, for what is no design of the problem.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{str(path)!r} is no design file: {error}") from None
-    if content is None:
+    if not path.is_file():
         raise ValueError(f"there is no design file {str(path)!r}: `pkm-gym polish` writes one")
+    content = read_toml(path, "design file")
     try:
         return _checked(path, content, kind)
     except (ValueError, TypeError) as error:  # a list in the place of a word can't be looked up
@@ -114,9 +110,16 @@ def _checked(path: Path, content: dict[str, Any], kind: type[DesignProblem]) -> 
     name = content.get("problem")
     if name not in (kind.name, address(kind)):
         raise ValueError(f"it holds a design of {name!r}, not of {kind.name}")
-    task, options, design, indices = (_table(content, table) for table in TABLES)
+    if missing := [f"[{table}]" for table in TABLES if table not in content]:
+        raise ValueError(f"it lacks the table {', '.join(missing)}")
+    numbers = {
+        table: shaped(dict[str, float], content[table], table)
+        for table in TABLES
+        if table != "options"
+    }
+    design, options = numbers["design"], shaped(dict[str, Any], content["options"], "options")
     known = kind.options_type.of(options)
-    kind.task_type.of(_numbers("task", task))
+    kind.task_type.of(numbers["task"])
     names = [variable.name for variable in kind.all_variables]
     check_known("variable", design, names)
     if missing := [name for name in names if name not in design]:
@@ -132,29 +135,13 @@ def _checked(path: Path, content: dict[str, Any], kind: type[DesignProblem]) -> 
         notes.append(f"{path} is of version {written!r} of {kind.name}, this is {now!r}")
     return DesignFile(
         path,
-        _numbers("task", task),
+        numbers["task"],
         {key: option_word(getattr(known, key)) for key in options},
-        _numbers("design", design),
+        numbers["design"],
         objectives,
-        _numbers("indices", indices),
+        numbers["indices"],
         tuple(notes),
     )
-
-
-def _table(content: Mapping[str, Any], table: str) -> dict[str, Any]:
-    held = content.get(table)
-    if isinstance(held, dict):
-        return held
-    raise ValueError(f"it lacks the table [{table}]")
-
-
-def _numbers(table: str, values: Mapping[str, Any]) -> dict[str, float]:
-    """Return a table of finite numbers."""
-    for key, value in values.items():
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and isfinite(value)):
-            raise ValueError(f"{table}.{key} is {value!r}: it must be a finite number")
-    return {key: float(value) for key, value in values.items()}
 
 
 def _plain(value: Any) -> Any:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from pkm_gym.core.units import shown
 
+GAP = 2  # between columns
 GOOD, BAD, FAINT, HEAD = "green", "bold red", "dim", "bold"
 
 
@@ -20,19 +22,80 @@ def console() -> Console:
     return Console(highlight=False, markup=False)
 
 
-def table(*heads: str, numbers: Iterable[str] = ()) -> Table:
-    """Return an empty table with these heads, the columns of ``numbers`` right-aligned.
+class Sheet:
+    """Rows of text under heads, never cut: words fold, and columns that don't fit stand below.
 
-    They and the first column are never wrapped.
+    Numbers are whole and right-aligned. The first column stands beside every part, whole where it
+    takes no more than half of a line.
     """
-    empty = Table(
-        box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=FAINT
-    )
-    right = set(numbers)
-    for head in heads:
-        whole = head in right or head == heads[0]
-        empty.add_column(head, justify="right" if head in right else "left", no_wrap=whole)
-    return empty
+
+    def __init__(self, heads: Sequence[str], numbers: Iterable[str]) -> None:
+        self._columns: list[list[Text]] = [[Text(head)] for head in heads]
+        self._numbers = {heads.index(head) for head in numbers}
+        self._styles: list[str] = []
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are under the heads."""
+        return len(self._styles)
+
+    def add_row(self, *cells: str | Text, style: str = "") -> None:
+        """Add a row, one cell for each head."""
+        for column, cell in zip(self._columns, cells, strict=True):
+            column.append(cell if isinstance(cell, Text) else Text(cell))
+        self._styles.append(style)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        """Yield the parts, each as wide as it must be."""
+        wide = options.max_width
+        least = [self._least(i, wide) for i in range(len(self._columns))]
+        part = [0]
+        for i in range(1, len(least)):
+            if len(part) > 1 and sum(least[j] + GAP for j in (*part, i)) - GAP > wide:
+                yield self._part(part, least, wide)
+                part = [0]
+            part.append(i)
+        yield self._part(part, least, wide)
+
+    def _least(self, i: int, wide: int) -> int:
+        """Return how narrow a column may be."""
+        whole = max(map(_width, self._columns[i]))
+        if i in self._numbers or (i == 0 and whole <= wide // 2):
+            return whole
+        words = (word for cell in self._columns[i] for word in cell.plain.split())
+        return max(map(cell_len, words), default=0)
+
+    def _part(self, columns: Sequence[int], least: Sequence[int], wide: int) -> Table:
+        """Return some of the columns, the widest folded until all fit."""
+        whole = {i: max(map(_width, self._columns[i])) for i in columns}
+        widest = max(whole.values())
+        widths = whole
+        while sum(widths.values()) + GAP * (len(columns) - 1) > wide and widest > 0:
+            widest -= 1
+            widths = {i: max(least[i], min(widest, whole[i])) for i in columns}
+        part = Table(
+            box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0),
+            header_style=FAINT,
+        )  # fmt: skip
+        for i in columns:
+            part.add_column(
+                self._columns[i][0],
+                justify="right" if i in self._numbers else "left",
+                width=widths[i],
+                overflow="fold",
+            )
+        for row, style in enumerate(self._styles, 1):
+            part.add_row(*(self._columns[i][row] for i in columns), style=style)
+        return part
+
+
+def _width(cell: Text) -> int:
+    return max(map(cell_len, cell.plain.split("\n")))
+
+
+def table(*heads: str, numbers: Iterable[str] = ()) -> Sheet:
+    """Return an empty table with these heads, those of ``numbers`` over numbers."""
+    return Sheet(heads, numbers)
 
 
 def listing(values: Mapping[str, tuple[float, str]]) -> Table:

@@ -132,15 +132,17 @@ def run(problem: DesignProblem, sampler: str, *, seed: int, evaluations: int) ->
 def median(name: str, runs: Sequence[Row]) -> Row:
     """Return the run of median regret, empty if that one found no feasible design.
 
-    ``feasible`` says how many runs found one.
+    ``feasible`` says how many runs found one. A single run stays what it is.
     """
+    if len(runs) == 1:
+        return runs[0]
     feasible = sum(row.feasible == "yes" for row in runs)
     order = sorted(runs, key=lambda row: row.regret if row.feasible == "yes" else np.inf)
     middle = order[(len(runs) - 1) // 2]
     share = f"{feasible} of {len(runs)}"
     if middle.feasible != "yes":
-        return Row(name, None, evaluations=middle.evaluations, feasible=share)
-    return replace(middle, name=name, feasible=share)
+        return Row(name, None, evaluations=middle.evaluations, feasible=share, runs=len(runs))
+    return replace(middle, name=name, feasible=share, runs=len(runs))
 
 
 def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path, Path]:

@@ -30,7 +30,7 @@ from pkm_gym.studies.report.rows import (
     rich_table,
     row_of,
 )
-from pkm_gym.studies.search.polish import judged, polish, verified_optimum
+from pkm_gym.studies.search.polish import judged, polish, told_optimum, verified_optimum
 from pkm_gym.studies.search.search import TRIALS, search, search_bar
 from pkm_gym.studies.storage.storages import default_storage
 
@@ -84,7 +84,7 @@ def study(
     screen.print(f"{result.finished} trials in the study {result.study.study_name}")
     screen.print(_step(3, "polish the best design"))
     polished = polish(problem, np.array(starts))
-    optimum = verified_optimum(problem)
+    optimum = told_optimum(screen, problem)
     screen.print(judged(row_of("polished", polished, 0, optimum), optimum))
     screen.print(_step(4, f"compare {SEEDS} runs of {EVALUATIONS} evaluations of each sampler"))
     with comparison_bar(screen, SEEDS, full=False) as progress:

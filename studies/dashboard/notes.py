@@ -12,7 +12,13 @@ from optuna_dashboard import get_note, save_note, save_plotly_graph_object  # ty
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import show
-from pkm_gym.studies.report.rows import markdown, rows_beside_paper, verdict
+from pkm_gym.studies.report.rows import (
+    markdown,
+    optimum_row,
+    recorded_optimum,
+    rows_beside_paper,
+    verdict,
+)
 from pkm_gym.studies.storage.studies import designs_of, finished
 
 OWN = "note"  # the user attribute that holds our note as it was written last
@@ -37,7 +43,8 @@ def write_note(study: Study, best: Evaluation, name: str, pictures: list[str]) -
         pictures: addresses of its artifacts.
     """
     problem = best.problem
-    rows = rows_beside_paper(best, name)
+    known = recorded_optimum(problem)
+    rows = rows_beside_paper(best, name, optimum_row(problem, known) if known else None)
     parts = [f"# {problem.name}: {problem.title}", *_sentences(problem), markdown(problem, rows)]
     parts += [text for text in (verdict(problem), best.explain(0)) if text]
     parts += [f"![{name}]({address})" for address in pictures]

@@ -18,9 +18,9 @@ LARGEST = 1_000_000  # designs in a grid
 def grid_name(problem: DesignProblem, step: float | None = None) -> str:
     """Return whose grid ``grid_designs`` returns: "the paper's grid" or "our grid".
 
-    It is the paper's where that prints at which values it scans a variable.
+    It is the paper's where that prints the values of every variable that is searched.
     """
-    scanned = any(variable.scanned for variable in problem.all_variables)
+    scanned = all(variable.scanned for variable in problem.all_variables if variable.searched)
     return "the paper's grid" if step is None and scanned else "our grid"
 
 
@@ -29,21 +29,24 @@ def grid_in_words(problem: DesignProblem, step: float | None = None) -> str:
     name = grid_name(problem, step)
     if step is not None or problem.grid() is None:
         return f"{name} (a step of {steps_in_words(problem, step)} over the bounds)"
-    own = [v for v in problem.variables if v.searched and not v.scanned]
-    if name == "our grid":
-        return f"{name} (a step of {_named_steps(own)} over the paper's ranges)"
-    return f"{name} (steps of {', '.join(v.name for v in own)} ours)" if own else name
+    if name == "the paper's grid":
+        return name
+    own = f"a step of {_named_steps(v for v in problem.variables if v.searched and not v.scanned)}"
+    scanned = ", ".join(v.name for v in problem.all_variables if v.scanned)
+    if scanned:
+        return f"{name} (the paper's values of {scanned}, {own})"
+    return f"{name} ({own} over the paper's ranges)"
 
 
 def grid_designs(problem: DesignProblem, step: float | None = None) -> FloatArray:
-    """Return the grid over the paper's ranges (n, d) within the bounds, or one over the bounds.
+    """Return the problem's own grid (n, d) within its bounds, or an even one over the bounds.
 
     The latter with a step, or where there is no other: then with the one that each variable
     declares.
 
     Raises:
         ValueError: in one sentence, for a step that makes no grid or too large a one, or if none of
-            the grid over the paper's ranges is within the bounds.
+            the problem's own grid is within the bounds.
     """
     designs = problem.grid() if step is None else None
     if designs is None:

@@ -91,8 +91,8 @@ def grid(
 
     Args:
         problem: what is evaluated, with its task.
-        step: of a grid over the bounds, in the variables' SI units; without one it is the grid
-            over the paper's ranges, or where there is none, ours with the steps that the variables
+        step: of a grid over the bounds, in the variables' SI units; without one it is the
+            problem's own grid, or where it has none, ours with the steps that the variables
             declare.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
         name: of the study; the problem's name, "grid" and the step by default.

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console, RenderableType
+from rich.console import Console, Group, RenderableType
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -19,7 +20,19 @@ from pkm_gym.core.reference import Value
 from pkm_gym.core.rows import Dimension
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
-from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, HEAD, listing, section, table
+from pkm_gym.studies.cli.terminal import (
+    BAD,
+    FAINT,
+    GOOD,
+    HEAD,
+    Sheet,
+    listing,
+    section,
+    table,
+)
+from pkm_gym.studies.report.rows import is_judged
+
+BOUNDLESS = 1_000  # characters, more than any line has
 
 
 @dataclass(frozen=True)
@@ -85,7 +98,7 @@ class Report:
             for value in self.problem.reference.values.values()
             if value.printed is not None
             and value.kind in ("index", "dimension")
-            and isclose(ours[value.name], value.ours, rel_tol=value.tolerance)
+            and is_judged(self.problem, value, ours[value.name])
         }
 
 
@@ -129,7 +142,7 @@ def show_report(screen: Console, report: Report) -> None:
     for note in report.notes:
         screen.print(note, style=FAINT)
     screen.print()
-    screen.print(_numbers(report))
+    screen.print(_numbers(screen, report))
     screen.print(section("Indices"))
     screen.print(_indices(report))
     screen.print(section("Limits"))
@@ -144,8 +157,11 @@ def show_report(screen: Console, report: Report) -> None:
         screen.print(*_paper(report), sep="\n")
 
 
-def _numbers(report: Report) -> Table:
-    """Return variables, derived dimensions and the task's other-than-default fields abreast."""
+def _numbers(screen: Console, report: Report) -> RenderableType:
+    """Return variables, derived dimensions and the task's other-than-default fields.
+
+    They stand abreast where they fit.
+    """
     named = report.problem.named(report.given.design)
     variables = {v.name: (named[v.name], v.unit) for v in report.problem.all_variables}
     fields = report.problem.task_variables
@@ -156,21 +172,26 @@ def _numbers(report: Report) -> Table:
         "dimensions": report.derived,
         "task, beside defaults": changed,
     }
+    blocks = [
+        Group(Text(title, style=FAINT), listing(values))
+        for title, values in parts.items()
+        if values
+    ]
     abreast = Table.grid(padding=(0, 5))
-    shown_parts = [(title, values) for title, values in parts.items() if values]
-    abreast.add_row(*(Text(title, style=FAINT) for title, _ in shown_parts))
-    abreast.add_row(*(listing(values) for _, values in shown_parts))
-    return abreast
+    abreast.add_row(*blocks)
+    unbounded = screen.options.update(width=BOUNDLESS)
+    fits = Measurement.get(screen, unbounded, abreast).maximum <= screen.width
+    return abreast if fits else Group(*blocks)
 
 
-def _indices(report: Report) -> Table:
+def _indices(report: Report) -> Sheet:
     rows = table("index", "value", "unit", "what it is", numbers=["value"])
     for index in report.problem.index_table:
         rows.add_row(index.name, *shown(report.indices[index.name], index.unit), index.doc)
     return rows
 
 
-def _limits(report: Report) -> Table:
+def _limits(report: Report) -> Sheet:
     """Return each limit's margin in words, dimensionless as the constraints are."""
     rows = table("limit", "verdict", "margin", numbers=["margin"])
     defined = dict(zip(report.constraints, report.evaluation.defined[0], strict=True))

@@ -11,6 +11,7 @@ from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.envs.motion_view import motion_layout
 from pkm_gym.envs.observation import observation_layout
+from pkm_gym.envs.registration import motion_id
 from pkm_gym.mechanisms import address, family_problem, problem_type
 
 END = "<!-- end -->"
@@ -131,7 +132,7 @@ def _environments(problem: DesignProblem) -> Iterator[Sequence[str]]:
     if said.motion is not None:
         faster = "".join(f", {key} {value:g}" for key, value in said.motion.items())
         run = f"a run along the path, the motors of the twin driven by the agent{faster}"
-        yield f"`PKM/{said.environment}Motion-v0`", run
+        yield f"`{motion_id(said)}`", run
 
 
 def _variables(problem: DesignProblem) -> Iterator[Sequence[str]]:

@@ -5,19 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
+from pkm_gym.core.cache import say_once
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.reference import Optimum, Value
+from pkm_gym.core.reference import Optimum, Value, disagreement
 from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, shown
-from pkm_gym.studies.cli.terminal import FAINT, console, table
+from pkm_gym.studies.cli.terminal import FAINT, GAP, Sheet, console, table
+
+VERIFIED, SOLVED, UNCERTAIN = "verified optimum", "solved optimum", "uncertain optimum"
+UNVERIFIED = "recorded, not verified"
+ORIGINS = {  # of the optima
+    VERIFIED: "recorded",
+    SOLVED: "solved now, by searches that agree",
+    UNCERTAIN: "solved now, by searches that disagree",
+    UNVERIFIED: "recorded, not verified",
+}
 
 
 @dataclass(frozen=True)
@@ -29,8 +39,10 @@ class Row:
         value: of the first objective, None where there is none.
         design: variable -> value.
         evaluations: how many designs it took.
-        regret: how far it is behind the verified optimum, as a share of it; NaN if infeasible.
+        regret: how far it is behind the optimum, as a share of it; NaN if infeasible or unknown.
         feasible: "yes", "no", or how many runs found a feasible design.
+        note: what is wrong with it.
+        runs: of how many runs it is the one of median regret.
     """
 
     name: str
@@ -39,12 +51,8 @@ class Row:
     evaluations: int | None = None
     regret: float = math.nan
     feasible: str = ""
-
-
-def headers(problem: DesignProblem) -> list[str]:
-    """Return the column titles of a table of rows."""
-    names = [v.name for v in told_variables(problem)]
-    return ["", "designs", problem.objectives[0].name, "regret", "feasible", *names]
+    note: str = ""
+    runs: int = 1
 
 
 def told_variables(problem: DesignProblem) -> tuple[Variable, ...]:
@@ -53,66 +61,83 @@ def told_variables(problem: DesignProblem) -> tuple[Variable, ...]:
     return tuple(v for v in problem.all_variables if v.name in told)
 
 
-def caption(problem: DesignProblem) -> str:
+def caption(problem: DesignProblem, rows: Sequence[Row]) -> str:
     """Return what the column titles mean."""
     first = problem.objectives[0]
     units: dict[str, list[str]] = {first.unit: [first.name]}
     for v in told_variables(problem):
         units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
-    said = "".join(f"{', '.join(names)} in {unit}; " for unit, names in units.items() if unit)
-    return (
-        f"{said}designs: number evaluated; regret: behind the optimum, of several runs the median"
-    )
+    parts = [f"{', '.join(names)} in {unit}" for unit, names in units.items() if unit]
+    if any(row.evaluations is not None for row in rows):
+        parts.append("designs: number evaluated")
+    if (optimum := _reference(rows)) is not None:
+        parts.append(f"regret: behind the {in_full(optimum)}")
+    if (runs := max((row.runs for row in rows), default=1)) > 1:
+        parts.append(f"of {runs} runs a row shows the one of median regret")
+    return "; ".join(parts)
 
 
-def cells(problem: DesignProblem, row: Row) -> list[str]:
-    """Return a row as text."""
-    return [
-        row.name,
-        "" if row.evaluations is None else f"{row.evaluations:,}",
-        "" if row.value is None else f"{row.value:.5g}",
-        f"{round(100.0 * row.regret, 3) + 0.0:.3f} %" if math.isfinite(row.regret) else "",
-        row.feasible,
-        *(
-            _number(row.design[v.name], v.unit) if row.design else ""
-            for v in told_variables(problem)
-        ),
+def columns(problem: DesignProblem, rows: Sequence[Row]) -> list[list[str]]:
+    """Return a table's columns of text, each below its title: those that say something.
+
+    The last are the variables, one each.
+    """
+    texts = {
+        "": [row.name for row in rows],
+        "designs": ["" if row.evaluations is None else f"{row.evaluations:,}" for row in rows],
+        problem.objectives[0].name: [
+            "" if row.value is None else f"{row.value:.5g}" for row in rows
+        ],
+        "regret": [_percent(row.regret) if _reference(rows) else "" for row in rows],
+        "feasible": [row.feasible for row in rows],
+    }
+    said = [[title, *cells] for title, cells in texts.items() if any(cells)]
+    return said + [
+        [v.name, *(_number(row.design[v.name], v.unit) if row.design else "" for row in rows)]
+        for v in told_variables(problem)
     ]
+
+
+def _reference(rows: Iterable[Row]) -> Row | None:
+    """Return the row that the regrets of the others are measured from, if there is one."""
+    return next((row for row in rows if row.name in ORIGINS), None)
+
+
+def _percent(regret: float) -> str:
+    return f"{round(100.0 * regret, 3) + 0.0:.3f} %" if math.isfinite(regret) else ""
 
 
 def _number(value: float, unit: str) -> str:
     return shown(value, unit)[0] if unit else f"{value:.4f}"
 
 
-def markdown(problem: DesignProblem, rows: Iterable[Row]) -> str:
+def markdown(problem: DesignProblem, rows: Sequence[Row]) -> str:
     """Return rows as a Markdown table."""
-    titles = headers(problem)
-    lines = [titles, ["---"] + ["---:"] * (len(titles) - 1)]
-    lines += [cells(problem, row) for row in rows]
-    written = "\n".join("| " + " | ".join(line) + " |" for line in lines)
-    return f"{written}\n\n{caption(problem)}"
+    titles, *lines = zip(*columns(problem, rows), strict=True)
+    rule = ["---"] + ["---:"] * (len(titles) - 1)
+    written = "\n".join("| " + " | ".join(line) + " |" for line in (titles, rule, *lines))
+    return f"{written}\n\n{caption(problem, rows)}"
 
 
-def rich_table(problem: DesignProblem, rows: Iterable[Row]) -> Group:
+def rich_table(problem: DesignProblem, rows: Sequence[Row]) -> Group:
     """Return rows as a table for the terminal; the designs below the values if it's too narrow."""
-    lines = [headers(problem), *(cells(problem, row) for row in rows)]
-    width = sum(max(map(len, column)) + 2 for column in zip(*lines, strict=True)) - 2
-    values = len(lines[0]) - len(told_variables(problem))
-    parts = [lines]
-    if width > console().width:
-        parts = [[line[:values] for line in lines], [line[:1] + line[values:] for line in lines]]
-    return Group(*map(_rich_table, parts), Text(caption(problem), style=FAINT))
+    whole = columns(problem, rows)
+    values = len(whole) - len(told_variables(problem))
+    parts = [whole]
+    if sum(max(map(len, column)) + GAP for column in whole) - GAP > console().width:
+        parts = [whole[:values], whole[:1] + whole[values:]]
+    return Group(*map(_sheet, parts), Text(caption(problem, rows), style=FAINT))
 
 
-def _rich_table(lines: Sequence[Sequence[str]]) -> Table:
-    titles, *rows = lines
-    written = table(*titles, numbers=titles[1:])
+def _sheet(columns: Sequence[Sequence[str]]) -> Sheet:
+    titles, *rows = zip(*columns, strict=True)
+    sheet = table(*titles, numbers=titles[1:])
     for row in rows:
-        written.add_row(*row)
-    return written
+        sheet.add_row(*row)
+    return sheet
 
 
-def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: int) -> Row:
+def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fields: Any) -> Row:
     """Return the row of design i of an evaluation."""
     problem = evaluation.problem
     feasible = bool(evaluation.feasible[i])
@@ -170,9 +195,19 @@ def recorded_optimum(problem: DesignProblem) -> Optimum | None:
     return None
 
 
-def optimum_row(optimum: Optimum) -> Row:
-    """Return the row of a verified optimum."""
-    return Row("verified optimum", optimum.value, optimum.design, regret=0.0, feasible="yes")
+def optimum_row(problem: DesignProblem, optimum: Optimum) -> Row:
+    """Return the row of a recorded optimum, and say so where the model doesn't give it."""
+    if note := disagreement(problem, optimum):
+        say_once(note)
+        return row_of(
+            UNVERIFIED, problem.evaluate(problem.design(optimum.design)[None]), 0, None, note=note
+        )
+    return Row(VERIFIED, optimum.value, optimum.design, regret=0.0, feasible="yes")
+
+
+def in_full(optimum: Row) -> str:
+    """Return what an optimum is called, and where it is from."""
+    return f"{optimum.name} ({ORIGINS[optimum.name]})"
 
 
 def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
@@ -189,15 +224,10 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
     return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
 
 
-def rows_beside_paper(best: Evaluation, name: str) -> list[Row]:
-    """Return the rows of the paper, of one evaluated design and of the verified optimum.
-
-    Of what there is: a problem may have no paper, and no recorded optimum.
-    """
-    optimum = recorded_optimum(best.problem)
-    last = optimum_row(optimum) if optimum else None
-    rows = [*paper_rows(best.problem, last), row_of(name, best, 0, last)]
-    return [*rows, last] if last else rows
+def rows_beside_paper(best: Evaluation, name: str, optimum: Row | None) -> list[Row]:
+    """Return the rows of the paper, of one evaluated design and of the optimum, if it is known."""
+    rows = [*paper_rows(best.problem, optimum), row_of(name, best, 0, optimum)]
+    return [*rows, optimum] if optimum else rows
 
 
 def judged_value(problem: DesignProblem) -> Value | None:
@@ -209,7 +239,18 @@ def judged_value(problem: DesignProblem) -> Value | None:
     if value is None or not asks_the_papers_task(problem):
         return None
     ours = float(problem.evaluate(problem.printed_design()[None]).objectives[0, 0])
-    return value if math.isclose(ours, value.ours, rel_tol=value.tolerance) else None
+    return value if is_judged(problem, value, ours) else None
+
+
+def is_judged(problem: DesignProblem, value: Value, ours: float) -> bool:
+    """Whether our number is the one of a printed value's verdict; say so where it should be."""
+    judged = math.isclose(ours, value.ours, rel_tol=value.tolerance)
+    if not judged and not problem.options.changed():
+        path = problem.reference.path
+        say_once(
+            f"{path} says that ours of {value.name} is {value.ours!r}, the model gives {ours:.9g}"
+        )
+    return judged
 
 
 def verdict(problem: DesignProblem) -> str:

@@ -182,6 +182,8 @@ def _multiplier(problem: DesignProblem, solved: Solutions, generator: np.random.
         )
         violation = np.maximum(around.constraints, 0.0).sum(axis=1)
         kept = (around.unreached <= 0.0) & (violation > 1e-9)
+        if sign < 0.0:  # an index that is 0 there, as that of a singular machine, gains nothing
+            kept &= around.objectives[:, 0] + problem.objectives[0].offset != 0.0
         best, values = (
             np.log(_positive(problem, x))
             for x in (solved.optima[k : k + 1], around.objectives[kept, 0])

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from optuna import load_study
+from rich.console import Console
 
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reference import SAME
 from pkm_gym.core.solve import polish as polish_designs
 from pkm_gym.core.solve import solve_tasks
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.report.rows import Row, optimum_row, recorded_optimum
+from pkm_gym.studies.report.rows import (
+    SOLVED,
+    UNCERTAIN,
+    Row,
+    in_full,
+    optimum_row,
+    recorded_optimum,
+)
 from pkm_gym.studies.storage.storages import exists, open_storage, study_names
 from pkm_gym.studies.storage.studies import count_finished, designs_of, stands_for
-
-SOLVED, UNCERTAIN = "solved optimum", "uncertain optimum"
-ORIGINS = {
-    SOLVED: "solved now, by two seeds that agree",
-    UNCERTAIN: "solved now, by seeds that disagree",
-}
-AGREES = 1e-6  # share of the objective within which two optima are the same; 8 digits are recorded
 
 
 def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
@@ -32,6 +36,7 @@ def polish(problem: DesignProblem, designs: FloatArray) -> Evaluation:
     return problem.evaluate(polished[best : best + 1])
 
 
+@lru_cache(maxsize=4)
 def verified_optimum(problem: DesignProblem) -> Row | None:
     """Return the verified optimum of the problem and its task, or None where nothing is feasible.
 
@@ -40,13 +45,19 @@ def verified_optimum(problem: DesignProblem) -> Row | None:
     """
     recorded = recorded_optimum(problem)
     if recorded is not None:
-        return optimum_row(recorded)
+        return optimum_row(problem, recorded)
     solved = solve_tasks(problem, problem.pack(None)[None])
     if not solved.solvable[0]:
         return None
     name = SOLVED if solved.certified[0] else UNCERTAIN
     design = problem.named(solved.designs[0])
     return Row(name, float(solved.optima[0]), design, regret=0.0, feasible="yes")
+
+
+def told_optimum(screen: Console, problem: DesignProblem) -> Row | None:
+    """Return the verified optimum; the screen tells while it is solved."""
+    with screen.status(f"solving the task of {problem.name} for its optimum"):
+        return verified_optimum(problem)
 
 
 def best_known(problem: DesignProblem, where: str) -> tuple[str, FloatArray]:
@@ -76,10 +87,10 @@ def judged(polished: Row, optimum: Row | None) -> str:
     """Return a sentence on how a polished design compares with the verified optimum."""
     if optimum is None:
         return "no feasible design of this task is known"
+    if optimum.note:
+        return f"not compared with the recorded optimum: {optimum.note}"
     if polished.feasible != "yes":
         return "no feasible design lies near the start"
-    origin = ORIGINS.get(optimum.name, "recorded")
-    if abs(polished.regret) <= AGREES:
-        return f"agrees with the verified optimum ({origin})"
-    behind = f"{100 * polished.regret:.3g} % behind it"
-    return f"another optimum than the verified one ({origin}), {behind}"
+    if abs(polished.regret) <= SAME:
+        return f"agrees with the {in_full(optimum)}"
+    return f"{100 * polished.regret:.3g} % behind the {in_full(optimum)}"

@@ -97,6 +97,7 @@ def search(
     folder = artifact_folder(where)
     with quiet(), if_full(KEPT, folder):
         starts = [warm_designs(problem, source, where) for source in warm_start]
+        sampler_for(problem, sampler, seed=seed)  # what it refuses leaves nothing behind
         store = open_storage(where)
         study = open_study(
             problem, store, name or f"{problem.name}-{sampler}", values=values, command=command

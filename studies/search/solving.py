@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -16,12 +17,14 @@ from rich.progress import Progress, TaskID
 
 from pkm_gym.core.pool import write_npz
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import AGREEMENT, ARRAYS, Solutions, solve_tasks
+from pkm_gym.core.reading import about, check_arrays, read_npz
+from pkm_gym.core.solve import AGREEMENT, ARRAYS, ENOUGH_STARTS, Solutions, solve_tasks
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, counter, section, table
 
 CHUNK = 256  # tasks solved at once, and lost at most when the run is stopped
+MEASURED = ("optima", "values", "log_merit", "constraints")
 FEW = 16  # the same where one process descends for one task after the other, fewer with effort
 NAMED = 20  # uncertified tasks that are named one by one
 
@@ -65,22 +68,42 @@ class Job:
             return None
         again = f"delete it, or choose another file with -o, to solve {self.problem.name} afresh"
         try:
-            with self.part.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-                content = {name: archive[name] for name in archive.files}
-            solved = Solutions(
-                **{name: content[name] for name in ARRAYS},
-                evaluations=int(content["evaluations"]),
-                seconds=float(content["seconds"]),
-            )
-            owner = str(content["hash"]), str(content["command"])
-        except Exception:  # zip, zlib and npy headers each raise their own
-            raise ValueError(f"{str(self.part)!r} is no part of a pool: {again}") from None
-        if owner != (self.problem.hash(), self.command):
+            content = read_npz(self.part, "expected a part of a pool")
+            with about(self.part, "part of a pool"):
+                check_arrays(content, dict.fromkeys(("hash", "command"), ("U", ())))
+            self._check_owner(content)
+            with about(self.part, "part of a pool"):
+                check_arrays(content, self._wanted())
+        except ValueError as error:
+            raise ValueError(f"{error}; {again}") from None
+        return Solutions(
+            **{name: content[name] for name in ARRAYS},
+            evaluations=int(content["evaluations"]),
+            seconds=float(content["seconds"]),
+        )
+
+    def _check_owner(self, content: Mapping[str, Any]) -> None:
+        tasks, command = content.get("tasks", self.tasks[:0]), str(content["command"])
+        same = np.array_equal(tasks, self.tasks[: len(tasks)])
+        if (str(content["hash"]), command) != (self.problem.hash(), self.command) or not same:
             raise ValueError(
-                f"{str(self.part)!r} was left by another run ({owner[1]!r}): go on with that one, "
-                f"or {again}"
+                f"{str(self.part)!r} was left by another run ({command!r}): go on with that one"
             )
-        return solved
+
+    def _wanted(self) -> dict[str, tuple[str, tuple[int | str, ...]]]:
+        d, c = len(self.problem.low), len(self.problem.constraint_names)
+        return {
+            "hash": ("U", ()),
+            "command": ("U", ()),
+            "tasks": ("f", ("n", self.tasks.shape[1])),
+            "designs": ("f", ("n", d)),
+            **{name: ("f", ("n", c) if name == "constraints" else ("n",)) for name in MEASURED},
+            "active": ("b", ("n", c)),
+            "solvable": ("b", ("n",)),
+            "certified": ("b", ("n",)),
+            "evaluations": ("iu", ()),
+            "seconds": ("f", ()),
+        }
 
 
 def solve(job: Job, screen: Console) -> Solutions:
@@ -92,7 +115,7 @@ def solve(job: Job, screen: Console) -> Solutions:
         with if_full(
             f"what is solved is kept in {job.part}, and the same command goes on", job.part
         ):
-            solved = _solve_rest(job, solved, screen)
+            solved = solve_rest(job, solved, screen)
     except KeyboardInterrupt:
         screen.print(
             f"what is solved is kept in {job.part}: the same command goes on from there"
@@ -112,7 +135,8 @@ def solve(job: Job, screen: Console) -> Solutions:
     return solved
 
 
-def _solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
+def solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
+    """Solve what an earlier run hasn't, chunk after chunk, and keep each; a bar tells how far."""
     with counter(screen, "tasks") as bar:
         done = len(solved.tasks) if solved else 0
         line = bar.add_task("solving", total=len(job.tasks), completed=done)
@@ -189,10 +213,12 @@ def _summarise(screen: Console, problem: DesignProblem, solved: Solutions) -> No
     open_tasks = np.flatnonzero(~solved.certified)
     if len(open_tasks):
         named = ", ".join(map(str, open_tasks[:NAMED])) + (" ..." if certified < n - NAMED else "")
-        screen.print(
-            f"not certified, since two seeds differ by more than {AGREEMENT:g}: tasks {named}",
-            style=BAD,
+        why = (
+            f"since two seeds differ by more than {AGREEMENT:g}"
+            if problem.declared.searches > 1
+            else f"since not two searches of {ENOUGH_STARTS} starts or more reach the best"
         )
+        screen.print(f"not certified, {why}: tasks {named}", style=BAD)
     screen.print(section("Limits that hold the optima back"))
     limits = table("limit", "optima", "share", numbers=["optima", "share"])
     for name, count in zip(problem.constraint_names, solved.active.sum(axis=0), strict=True):

@@ -15,7 +15,7 @@ from optuna.storages.journal import JournalFileBackend, JournalFileOpenLock
 from optuna.storages.journal._storage import JournalOperation
 
 from pkm_gym.core.cache import say_once
-from pkm_gym.core.files import append_lines
+from pkm_gym.core.files import append_lines, check_regular
 
 if sys.platform != "win32":
     import fcntl
@@ -80,6 +80,7 @@ class Journal(JournalFileBackend):
     def __init__(self, path: Path) -> None:
         self._path = path
         self._turn = KernelLock(path) if sys.platform != "win32" else JournalFileOpenLock(str(path))
+        check_regular(path)
         super().__init__(str(path), self._turn)
         self.line, self._offset = 0, 0
         with path.open("rb") as file:
@@ -131,7 +132,7 @@ class Journal(JournalFileBackend):
             return NOTHING
         if entry is None:
             raise DamagedJournal(f"{place} is damaged: restore the file, or give another --storage")
-        if entry["op_code"] not in list(JournalOperation):
+        if type(entry["op_code"]) is not int or entry["op_code"] not in list(JournalOperation):
             raise DamagedJournal(
                 f"{place} has the unknown op_code {entry['op_code']!r}: it is damaged, or of a "
                 f"newer Optuna than {optuna_version}"

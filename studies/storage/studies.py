@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 import warnings
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime, timedelta
@@ -21,6 +22,7 @@ from optuna.trial import FrozenTrial, TrialState
 from pkm_gym.core.names import unknown
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
+from pkm_gym.core.units import converted, show, span
 from pkm_gym.studies import create_study
 from pkm_gym.studies.storage.storages import study_names
 
@@ -85,7 +87,7 @@ def open_study(
             study.set_user_attr(key, value)
         _name_metrics(study, problem, values)
         return study
-    _check_identity(name, kept, identity)
+    _check_identity(name, kept, identity, problem)
     return study
 
 
@@ -109,24 +111,44 @@ def _plain(record: Any) -> dict[str, Any]:
     return plain
 
 
-def _check_identity(name: str, kept: dict[str, Any], wanted: dict[str, Any]) -> None:
+def _check_identity(
+    name: str, kept: dict[str, Any], wanted: dict[str, Any], problem: DesignProblem
+) -> None:
     if "hash" not in kept:
         raise ValueError(f"the study {name!r} was not made by pkm_gym: choose another --name")
+    of_task = {v.name: v.unit for v in problem.task_variables}
+    of_design = {v.name: v.unit for v in problem.all_variables}
+    units = {"task": of_task, "variables": of_design, "fixed": of_design}
     for key, value in wanted.items():
         if kept.get(key) != value:
-            what = _difference(kept.get(key), value) if key != "hash" else "its version"
+            what = "its version"
+            if key != "hash":
+                what = _difference(kept.get(key), value, units.get(key, {}))
             raise ValueError(
                 f"the study {name!r} stands for another problem ({key}: {what}): choose another "
                 "--name"
             )
 
 
-def _difference(kept: Any, wanted: Any) -> str:
-    """Say how two recorded values differ: of mappings, only the entries that do."""
-    if isinstance(kept, dict) and isinstance(wanted, dict):
-        names = [n for n in {**kept, **wanted} if kept.get(n) != wanted.get(n)]
-        kept, wanted = ({n: d[n] for n in names if n in d} for d in (kept, wanted))
-    return f"{kept or 'none'} there, {wanted or 'none'} here"
+def _difference(kept: Any, wanted: Any, units: Mapping[str, str]) -> str:
+    """Say how two recorded values differ: of mappings, only the entries that do, with units."""
+    if not (isinstance(kept, dict) and isinstance(wanted, dict)):
+        return f"{kept or 'none'} there, {wanted or 'none'} here"
+    names = [n for n in {**kept, **wanted} if kept.get(n) != wanted.get(n)]
+    return "; ".join(
+        f"{name} = {_read(kept.get(name), units.get(name, ''))} there, "
+        f"{_read(wanted.get(name), units.get(name, ''))} here"
+        for name in names
+    )
+
+
+def _read(value: Any, unit: str) -> str:
+    """Return a recorded value as people read it: a number, a range, or whatever it is."""
+    if value is None:
+        return "none"
+    if isinstance(value, list) and len(value) == 2:
+        return f"{span(value[0], value[1], unit)} {converted(0.0, unit)[1]}".rstrip()
+    return show(value, unit) if isinstance(value, float) else str(value)
 
 
 def _versions() -> dict[str, str]:

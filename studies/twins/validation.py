@@ -75,7 +75,7 @@ def scatter(measured: Validation) -> Figure:
     plots.headline(
         figure,
         "Peak motor torque of the simulated machines, against two indices",
-        f"{len(measured.peaks)} random feasible designs, the paper's pick-and-place cycle, "
+        f"{len(measured.peaks)} random feasible designs, our pick-and-place cycle, "
         "computed torque, uniform rods",
     )
     for k, name in enumerate(INDICES):

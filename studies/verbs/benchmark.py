@@ -13,12 +13,13 @@ from rich.console import Console
 from pkm_gym.benchmark.methods import METHODS, find_method
 from pkm_gym.benchmark.run import setting
 from pkm_gym.benchmark.splits import load_split
-from pkm_gym.benchmark.standings import standings
+from pkm_gym.benchmark.standings import ranked, standings
 from pkm_gym.core.declaration import SPLITS
 from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
-from pkm_gym.studies.benchmark.tables import save_table, show
+from pkm_gym.studies.benchmark.tables import save_table, show, show_failed
+from pkm_gym.studies.cli.bounds import NUMBER, check_memory
 from pkm_gym.studies.cli.options import Name, SplitsOption
 from pkm_gym.studies.cli.runs import if_full, run_folder
 from pkm_gym.studies.cli.terminal import FAINT, console
@@ -91,7 +92,8 @@ def command(
     Without --method it is all that can be run: those that learn from training tasks need a split of
     them, the designer a trained one. Every evaluation on a task counts. Everything that was
     evaluated is kept in runs/NAME/benchmark/SPLIT, and runs that are there already are not
-    repeated: stopped by Ctrl-C, the same command goes on where it was.
+    repeated: stopped by Ctrl-C, the same command goes on where it was. A method that fails is named
+    with its reason and the others go on; the exit code is 1 then.
 
     Example: pkm-gym benchmark diamond --method my_package:my_method --tasks 256
     """
@@ -102,6 +104,7 @@ def command(
     if tasks is not None and tasks > most:
         raise ValueError(f"--tasks is {tasks}: {split} has {most} tasks")
     number, repeats = (most, FULL_SEEDS) if full else (tasks or min(QUICK_TASKS, most), seeds)
+    check_memory("--evaluations", evaluations, NUMBER * len(problem.low) * number * repeats)
     folder, screen = run_folder(problem.name) / "benchmark" / split, console()
     sizes: list[int | None] = [*pool] if pool else [None]  # None: all of them
     settings = [
@@ -117,18 +120,24 @@ def command(
     kept = f"{folder} keeps what is done; the same command goes on from there"
     try:
         with if_full(kept, folder):
-            logs = run_plans(plans, jobs, screen)
+            logs, failures = run_plans(plans, jobs, screen)
     except KeyboardInterrupt:
         screen.print(f"stopped: {kept}", soft_wrap=True)
         raise
-    entries = standings(logs)
-    show(screen, entries)
-    with if_full(kept, folder):
-        save_table(entries, folder / "table.csv")
-        save_curves(entries, folder)
-        if leaderboard:
-            enter(entries, leaderboard)
-    screen.print(f"written: {folder}", soft_wrap=True)
+    measured = standings(logs) if logs else []
+    if measured:
+        show(screen, measured)
+    if failures:
+        show_failed(screen, failures)
+    if entries := ranked(measured):
+        with if_full(kept, folder):
+            save_table(entries, folder / "table.csv")
+            save_curves(entries, folder)
+            if leaderboard:
+                enter(entries, leaderboard)
+        screen.print(f"written: {folder}", soft_wrap=True)
+    if failures:
+        raise typer.Exit(1)
 
 
 def _possible(name: str, splits: Path | None, screen: Console) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +14,9 @@ from rich.progress import Progress, TaskID
 from pkm_gym.core.calibration import FILE
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.reading import read_toml
 from pkm_gym.mechanisms import family_problem, problem_type
+from pkm_gym.studies.cli.bounds import check_memory, solved_task
 from pkm_gym.studies.cli.options import Name
 from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
@@ -51,6 +52,7 @@ def command(
     Example: pkm-gym calibrate my_package.problem:MyProblem -n 64
     """
     kind = problem_type(name)
+    check_memory("-n", number, solved_task(family_problem(name)))
     screen = console()
     calibrations = []
     with counter(screen, "tasks") as bar:
@@ -65,7 +67,10 @@ def command(
                     progress=partial(_advance, bar, line),
                 )
             )
-    rows = table("objective", "scale", "goes with", "within", "worst", "multiplier")
+    rows = table(
+        "objective", "scale", "goes with", "within", "worst", "multiplier",
+        numbers=["scale", "worst", "multiplier"],
+    )  # fmt: skip
     for item in calibrations:
         powers = " ".join(
             [f"{field}^{power:g}" for field, power in item.powers.items()]
@@ -99,16 +104,25 @@ def _advance(bar: Progress, line: TaskID, done: int) -> None:
     bar.update(line, completed=done)
 
 
+def kept(path: Path) -> dict[str, Any]:
+    """Return what a file keeps so far, nothing where there is none.
+
+    Raises:
+        ValueError: for a file that is there and is no TOML.
+    """
+    try:
+        return read_toml(path, "calibration") if path.exists() else {}
+    except ValueError as error:
+        raise ValueError(f"{error}; move it away first") from None
+
+
 def keep(path: Path, name: str, calibrations: list[Calibration], command: str) -> None:
     """Write what was measured of a problem into a file; other problems' parts of it stay.
 
     Raises:
         ValueError: for a file that is there and is no TOML.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{str(path)!r} is no TOML ({error}): move it away first") from None
+    content = kept(path)
     objectives: dict[str, Any] = {
         item.objective: {
             "worst": item.worst,

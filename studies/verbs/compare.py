@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -21,6 +22,7 @@ from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
 from pkm_gym.studies.report.rows import rich_table
+from pkm_gym.studies.search.polish import told_optimum
 
 
 def command(
@@ -50,7 +52,9 @@ def command(
     every run, to compare.json.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    check_memory("--evaluations", evaluations, TRIAL)
     screen = console()
+    told_optimum(screen, problem)
     with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
         comparison = compare(
             problem,

@@ -8,6 +8,7 @@ from pkm_gym.studies.cli.options import DesignFileOption, DesignOption, Name, Ou
 from pkm_gym.studies.cli.runs import output_path
 
 MODELS = (".xml",)
+CLOSED = 1e-12  # m
 
 
 def command(
@@ -24,9 +25,15 @@ def command(
     machine, notes = machine_from(name, set_, design)
     from pkm_gym.core.twin import twin_module
     from pkm_gym.twin.camera import first_pose
+    from pkm_gym.twin.mjcf import mjcf, moved
 
     spec = twin_module(machine).build(machine, first_pose(machine))
     spec.compile()
+    text = mjcf(spec)
+    if (off := moved(spec, text)) > CLOSED:
+        notes += (
+            f"this MuJoCo writes numbers that are rounded: parts are off by up to {off:.1e} m",
+        )
     with whole_file(path) as part:
-        part.write_text(spec.to_xml(), encoding="utf-8")
+        part.write_text(text, encoding="utf-8")
     print(*notes, f"model: {path}", sep="\n")

@@ -32,6 +32,7 @@ from pkm_gym.studies.grid.grid import (
     grid_study_name,
 )
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.storage.storages import default_storage
 
 
@@ -42,7 +43,8 @@ def command(
         typer.Option(
             metavar="S",
             help="Evaluate our grid, this step in SI apart in every variable over its bounds, in "
-            "place of the paper's; where there is none, the step that each variable declares.",
+            "place of the problem's own grid; where it has none, the step that each variable "
+            "declares.",
             show_default=False,
         ),
     ] = None,
@@ -61,9 +63,9 @@ def command(
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
 ) -> None:
-    """Evaluate the paper's grid in one call, write all of it to a file and log its best designs.
+    """Evaluate a grid in one call, write all of it to a file and log its best designs.
 
-    Where there is no such grid, or with --step, it is one of ours. The file is NetCDF:
+    It is the paper's where that prints one, else, or with --step, one of ours. The file is NetCDF:
     xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
@@ -76,7 +78,8 @@ def command(
     feasible = int(evaluation.feasible.sum())
     screen.print(grid_line(evaluation, step))
     best = problem.evaluate(evaluation.designs[evaluation.best()][None])
-    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step))))
+    optimum = told_optimum(screen, problem)
+    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step), optimum)))
     if not feasible:
         screen.print("no design of the grid is feasible, so none is logged", style=BAD)
     else:

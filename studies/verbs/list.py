@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.units import converted, shown
+from pkm_gym.core.units import converted, shown, span
 from pkm_gym.envs.registration import environment_ids
 from pkm_gym.mechanisms import declaration, make_problem, problem_type, register
 from pkm_gym.studies.cli.arguments import known_problems
@@ -40,7 +40,7 @@ def _show_all(screen: Console) -> None:
             Text(name, style=HEAD),
             "\n".join([problem.title, count, *environment_ids(problem.declared)]),
             "\n".join(
-                f"{v.name} {_range(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
+                f"{v.name} {span(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
                 for v in problem.all_variables
             ),
             "\n".join(objective.name for objective in problem.all_objectives),
@@ -78,7 +78,7 @@ def _variables(problem: DesignProblem) -> Any:
     rows = table("variable", "range", origin, "unit", "what it is", numbers=[origin])
     named = problem.named(problem.printed_design())
     for v in problem.all_variables:
-        rows.add_row(v.name, _range(v.low, v.high, v.unit), *shown(named[v.name], v.unit), v.doc)
+        rows.add_row(v.name, span(v.low, v.high, v.unit), *shown(named[v.name], v.unit), v.doc)
     for name, (value, unit) in problem.derived(problem.printed_design()).items():
         rows.add_row(name, "", *shown(value, unit), "derived", style=FAINT)
     return rows
@@ -87,9 +87,16 @@ def _variables(problem: DesignProblem) -> Any:
 def _task(problem: DesignProblem) -> Any:
     rows = table("field", "default", "unit", "Family", "allowed", "what it is", numbers=["default"])
     for v in problem.task_variables:
-        drawn = _range(v.low, v.high, v.unit) if v.drawn else ""
-        allowed = _range(v.legal_low, v.legal_high, v.unit)
+        drawn = span(v.low, v.high, v.unit) if v.drawn else ""
+        allowed = span(v.legal_low, v.legal_high, v.unit)
         rows.add_row(v.name, *shown(v.default, v.unit), drawn, allowed, v.doc)
+    units = {v.name: v.unit for v in problem.task_variables}
+    usual = problem.task_type()
+    for name, (ratio, other) in problem.declared.products.items():
+        value, unit = shown(getattr(usual, ratio) * getattr(usual, other), units[other])
+        rows.add_row(
+            name, value, unit, "", "", f"{ratio} x {other}, given in its place", style=FAINT
+        )
     return rows
 
 
@@ -138,10 +145,6 @@ def _constraints(problem: DesignProblem) -> Any:
 def _origin(problem: DesignProblem) -> str:
     """Say where the design comes from that stands beside the ranges."""
     return "printed" if problem.reference else "default"
-
-
-def _range(low: float, high: float, unit: str) -> str:
-    return " to ".join(f"{converted(value, unit)[0]:.4g}" for value in (low, high))
 
 
 def _written(value: Any) -> str:

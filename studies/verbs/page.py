@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from pkm_gym.core.files import whole_file
+from pkm_gym.core.reading import read_text
 from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.report.page import framed, into, page
 
@@ -41,8 +42,9 @@ def command(
     if output and part_of:
         raise ValueError("-o writes a new page and --into renews part of one: give one of them")
     if part_of:
+        page_before = read_text(part_of, "page")
         try:
-            text = into(part_of.read_text(encoding="utf-8"), name)
+            text = into(page_before, name)
         except ValueError as error:
             raise ValueError(f"{str(part_of)!r}: {error}") from None
         _write(part_of, text)

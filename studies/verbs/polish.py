@@ -23,7 +23,7 @@ from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, console
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import paper_rows, rich_table, row_of
-from pkm_gym.studies.search.polish import best_known, judged, polish, verified_optimum
+from pkm_gym.studies.search.polish import best_known, judged, polish, told_optimum
 from pkm_gym.studies.search.starts import warm_designs
 from pkm_gym.studies.storage.storages import default_storage, quiet
 
@@ -61,10 +61,10 @@ def command(
         start = given.design[None]
     else:
         source, start = _start(problem, source, storage or default_storage(problem.name))
-    optimum = verified_optimum(problem)
     before = problem.evaluate(start)
     after = polish(problem, start)
     screen = console()
+    optimum = told_optimum(screen, problem)
     rows = [*paper_rows(problem, optimum)]
     rows.append(row_of("start", before, before.best(), optimum))
     polished = row_of("polished", after, 0, optimum)

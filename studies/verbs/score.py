@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from pkm_gym.benchmark.record import EvaluationLog
-from pkm_gym.benchmark.standings import standings
+from pkm_gym.benchmark.standings import check_log, standings
+from pkm_gym.core.reading import about
 from pkm_gym.studies.benchmark.tables import show
 from pkm_gym.studies.cli.terminal import console
 
@@ -20,4 +21,16 @@ def command(
 
     The designs in them are evaluated anew. All logs must be of one problem and split.
     """
-    show(console(), standings([EvaluationLog.load(path) for path in files]))
+    show(console(), standings([read_log(path) for path in files]))
+
+
+def read_log(path: Path) -> EvaluationLog:
+    """Return a log whose tasks are known.
+
+    Raises:
+        ValueError: in one sentence naming the file.
+    """
+    log = EvaluationLog.load(path)
+    with about(path, "log of a run"):
+        check_log(log)
+    return log

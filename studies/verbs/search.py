@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -27,6 +28,7 @@ from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import BAD, FAINT, console
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
 
@@ -75,6 +77,8 @@ def command(
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    check_memory("--trials", trials, TRIAL)
+    check_memory("--batch", batch, TRIAL)
     screen = console()
     began = time.monotonic()
     with search_bar(screen, problem, trials) as report:
@@ -109,7 +113,8 @@ def show(screen: Console, result: SearchResult) -> None:
     """Print what a search found beside the paper's numbers, and where it is."""
     best, study = result.best, result.study
     problem = best.problem
-    rows = rows_beside_paper(best, f"best, trial {result.trial}")
+    optimum = told_optimum(screen, problem)
+    rows = rows_beside_paper(best, f"best, trial {result.trial}", optimum)
     screen.print(rich_table(problem, rows))
     if not best.feasible[0]:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)

@@ -13,6 +13,7 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import called
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import check_memory, solved_task
 from pkm_gym.studies.cli.options import (
     FixOption,
     FreeOption,
@@ -49,6 +50,7 @@ def command(
     was.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, family=True)
+    check_memory("-n", number, solved_task(problem))
     output = output or run_folder(problem.name) / "pool.npz"
     if output.exists():
         raise ValueError(f"{str(output)!r} exists: delete it, or choose another file with -o")

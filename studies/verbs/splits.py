@@ -23,6 +23,7 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms import called, family_problem
+from pkm_gym.studies.cli.bounds import check_memory, solved_task
 from pkm_gym.studies.cli.options import Name, output_option
 from pkm_gym.studies.cli.terminal import BAD, console, section
 from pkm_gym.studies.search.bettering import from_evolution, from_neighbours
@@ -58,6 +59,7 @@ def command(
     chosen = split or list(problem.declared.splits)
     for one in chosen:
         check_split(problem, one)
+        check_memory(f"split {one} of", problem.declared.splits[one], solved_task(problem))
     folder = output or default_folder(problem)
     folder.mkdir(parents=True, exist_ok=True)
     for one in chosen:
@@ -74,7 +76,7 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
         seed=list(SPLITS).index(split),
         command=f"pkm-gym splits {called(problem)} --split {split}",
         part=path.with_name(f"{path.name}.part"),
-        effort=0 if split == "train" else problem.declared.thorough,
+        effort=problem.declared.thorough[split != "train"],
     )
     solved = solve(job, screen)
     if problem.declared.neighbours:

@@ -8,6 +8,7 @@ from typing import Annotated
 from rich.text import Text
 
 from pkm_gym.studies.cli.arguments import problem_from
+from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -45,6 +46,7 @@ def command(
     Everything goes to runs/NAME; the same command again goes on where it was.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    check_memory("--trials", trials, TRIAL)
     screen = console()
     began = time.monotonic()
     best = study(problem, screen, trials=trials, seed=seed, name=study_name)

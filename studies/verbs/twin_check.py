@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.arguments import design_from, known_problems
 from pkm_gym.studies.cli.options import DesignFileOption, SeedOption, json_option
-from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, Sheet, console, counter, section, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,14 +63,14 @@ def command(
 
 
 def machines() -> tuple[str, ...]:
-    """Return the problems to check: the first one of each mechanism that has a twin."""
+    """Return the problems to check, one a mechanism with a twin: the one that drives it, if any."""
     first: dict[str, str] = {}
-    for name in known_problems():
+    for name in sorted(known_problems(), key=lambda name: declaration(name).motion is None):
         problem = make_problem(name)
         module = problem.mechanism(problem.printed_design()).twin_module
         if module:
             first.setdefault(module, name)
-    return tuple(first.values())
+    return tuple(sorted(first.values()))
 
 
 def _check(
@@ -87,13 +86,14 @@ def _check(
 
 def _show(screen: Console, rows: Iterable[Row], first: str, designs: int) -> None:
     rows = tuple(rows)
-    screen.print(section(f"{first} and {designs} random feasible ones, worst of all"))
+    others = f" and {designs} random feasible ones, worst of all" if designs else ""
+    screen.print(section(f"{first}{others}"))
     screen.print(_table(rows))
     for name, solver in {row.mechanism: row.solver for row in rows}.items():
         screen.print(Text(f"{name}: MuJoCo with {solver}", style=FAINT))
 
 
-def _table(rows: Iterable[Row]) -> Table:
+def _table(rows: Iterable[Row]) -> Sheet:
     numbers = ("worst", "limit")
     shown = table("mechanism", "quantity", "worst", "limit", "unit", "", "at", numbers=numbers)
     for row in rows:

@@ -33,8 +33,8 @@ def command(
 ) -> None:
     """Compare torque indices with the peak motor torque of simulated machines.
 
-    Each design's MuJoCo twin, with uniform rods, runs the paper's pick-and-place cycle once under
-    computed torque.
+    Each design's MuJoCo twin, with uniform rods, runs our pick-and-place cycle once under computed
+    torque.
 
     Example: pkm-gym validate diamond
     """

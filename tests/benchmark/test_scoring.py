@@ -27,7 +27,9 @@ def log_of(problem, rows, designs) -> EvaluationLog:
         problem.name, "val", problem.hash(), "", "stub", "", "free", "scratch", 0,
         designs.shape[1], 0,
     )  # fmt: skip
-    return EvaluationLog(how, np.asarray(rows), designs, np.zeros(len(rows)), "", "")
+    return EvaluationLog(
+        how, np.asarray(rows), designs, np.zeros(len(rows)), *np.zeros((2, len(rows)), int), "", ""
+    )
 
 
 def test_regret_is_the_log_of_value_over_optimum_of_the_best_feasible_design(shipped, rng):

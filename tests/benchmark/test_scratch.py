@@ -8,34 +8,35 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from pkm_gym.benchmark.evaluator import Evaluator, Spent
 from pkm_gym.benchmark.methods import METHODS, find_method
-from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend
+from pkm_gym.benchmark.scratch import DIFFERENCE, UnitCube, descend, slsqp_inside
+from pkm_gym.benchmark.session import Session, Spent
+from pkm_gym.benchmark.view import View
 from pkm_gym.core import merit
 
 NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.benchmark.scratch:")]
-SEARCHES = ["cobyqa", "slsqp", "start+cobyqa", "de"]
+SEARCHES = ["cobyqa", "cobyla", "slsqp", "slsqp-margin", "start+cobyqa", "de"]
 BUDGET = 120
 TASKS = 3
 
 
-def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Evaluator:
+def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Session:
     problem, split = shipped
     found = find_method(name)
     start = split.starts[row] if found.start == "given" else None
-    evaluator = Evaluator(problem, split.tasks[row], budget=budget, start=start, seed=seed)
+    session = Session(problem, split.tasks[row], budget=budget, start=start, seed=seed)
     with suppress(Spent):
-        found.prepare(problem, split)(evaluator)
-    return evaluator
+        found.prepare(View.of(problem), None)(session)
+    return session
 
 
 @pytest.fixture(scope="session")
-def searched(shipped) -> Callable[[str], list[Evaluator]]:
+def searched(shipped) -> Callable[[str], list[Session]]:
     """Return what a method did on the first solvable tasks; it runs once."""
     _, split = shipped
-    known: dict[str, list[Evaluator]] = {}
+    known: dict[str, list[Session]] = {}
 
-    def of(name: str) -> list[Evaluator]:
+    def of(name: str) -> list[Session]:
         if name not in known:
             rows = np.flatnonzero(split.solvable)[:TASKS]
             known[name] = [search(name, shipped, int(row)) for row in rows]
@@ -44,11 +45,11 @@ def searched(shipped) -> Callable[[str], list[Evaluator]]:
     return of
 
 
-def reached(evaluators: list[Evaluator]) -> float:
+def reached(sessions: list[Session]) -> float:
     """Return the median over tasks of the answer's log merit, beyond any other if infeasible."""
     return float(np.median([
         e.log_merit[e.feasible].min() if e.feasible.any() else merit.WORST + e.log_merit.min()
-        for e in evaluators
+        for e in sessions
     ]))  # fmt: skip
 
 
@@ -63,9 +64,9 @@ def test_what_is_counted_is_what_was_evaluated(name, shipped, monkeypatch):
         return evaluate(designs, tasks)
 
     monkeypatch.setattr(problem, "evaluate", instrumented)
-    evaluator = search(name, shipped, 0, budget=40)
-    assert evaluator.count == len(seen) == 40
-    np.testing.assert_array_equal(evaluator.designs, seen)
+    session = search(name, shipped, 0, budget=40)
+    assert session.count == len(seen) == 40
+    np.testing.assert_array_equal(session.designs, seen)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -83,8 +84,8 @@ def test_another_seed_gives_other_designs(name, shipped):
 @pytest.mark.parametrize("name", NAMES)
 def test_each_stays_in_the_box(name, searched, shipped):
     problem, _ = shipped
-    for evaluator in searched(name):
-        designs = evaluator.designs
+    for session in searched(name):
+        designs = session.designs
         assert len(designs) == BUDGET
         assert (designs >= problem.low).all()
         assert (designs <= problem.high).all()
@@ -95,15 +96,15 @@ def test_a_search_beats_chance_at_equal_evaluations(name, searched):
     assert reached(searched(name)) < reached(searched("random"))
 
 
-@pytest.mark.parametrize("name", ["cobyqa", "slsqp", "start+cobyqa"])
+@pytest.mark.parametrize("name", ["cobyqa", "cobyla", "slsqp", "slsqp-margin", "start+cobyqa"])
 def test_most_local_searches_find_a_feasible_design(name, searched):
-    assert sum(evaluator.feasible.any() for evaluator in searched(name)) > TASKS / 2
+    assert sum(session.feasible.any() for session in searched(name)) > TASKS / 2
 
 
-@pytest.mark.parametrize("name", ["cobyqa", "slsqp"])
+@pytest.mark.parametrize("name", ["cobyqa", "cobyla", "slsqp", "slsqp-margin"])
 def test_no_point_is_paid_for_twice(name, searched):
-    for evaluator in searched(name):
-        assert len(np.unique(evaluator.designs, axis=0)) == BUDGET
+    for session in searched(name):
+        assert len(np.unique(session.designs, axis=0)) == BUDGET
 
 
 def test_the_differences_of_slsqp_are_counted(searched, shipped):
@@ -118,7 +119,7 @@ def test_the_differences_of_slsqp_are_counted(searched, shipped):
 def test_the_given_start_is_evaluated_first_and_paid_for(searched, shipped):
     _, split = shipped
     rows = np.flatnonzero(split.solvable)[:TASKS]
-    firsts = [evaluator.designs[0] for evaluator in searched("start+cobyqa")]
+    firsts = [session.designs[0] for session in searched("start+cobyqa")]
     np.testing.assert_allclose(firsts, split.starts[rows], rtol=1e-14)
 
 
@@ -126,27 +127,40 @@ def test_descending_from_near_the_optimum_comes_closer(shipped):
     problem, split = shipped
     row = int(np.flatnonzero(split.solvable)[0])
     near = 0.99 * split.designs[row] + 0.01 * split.starts[row]
-    evaluator = Evaluator(problem, split.tasks[row], budget=200)
-    descend(evaluator, near, 0.002)
+    session = Session(problem, split.tasks[row], budget=200)
+    descend(session, near, 0.002)
     optimum = problem.evaluate(split.designs[row][None], split.tasks[row][None]).log_merit[0]
-    regrets = evaluator.log_merit - optimum
-    assert -1e-9 < regrets[evaluator.feasible].min() < 2e-2 * abs(regrets[0])
+    regrets = session.log_merit - optimum
+    assert -1e-9 < regrets[session.feasible].min() < 2e-2 * abs(regrets[0])
 
 
 def test_the_objective_is_the_log_merit_without_penalties(shipped, rng):
     problem, split = shipped
-    evaluator = Evaluator(problem, split.tasks[0], budget=500)
-    cube = UnitCube(evaluator)
+    session = Session(problem, split.tasks[0], budget=500)
+    cube = UnitCube(session)
     offsets = []
     for point in rng.random((500, cube.dimensions)):
         evaluation = cube.evaluate(point)
         value, told = cube.objective(point), evaluation.log_merit[0]
         assert np.isfinite(value)
         assert ((cube.limits(point) <= 0.0) == (evaluation.constraints[0] <= 0.0)).all()
-        if np.isnan(evaluation.objectives[0, 0]):
+        if np.isnan(evaluation.values[0]):
             assert value == told
         elif told < merit.CAP:
             penalty = np.maximum(evaluation.constraints[0], 0.0).sum()
             offsets.append(told - problem.declared.penalty_weight * penalty - value)
-    assert evaluator.count == 500
+    assert session.count == 500
     np.testing.assert_allclose(offsets, offsets[0], atol=1e-9)
+
+
+def test_with_a_margin_slsqp_ends_at_a_feasible_design(shipped):
+    problem, split = shipped
+    row = int(np.flatnonzero(split.solvable)[0])
+    session = Session(problem, split.tasks[row], budget=200)
+    cube, near = UnitCube(session), 0.99 * split.designs[row] + 0.01 * split.starts[row]
+    with suppress(Spent):
+        slsqp_inside(cube, cube.point(near))
+    active = split.active[row]
+    held = session.constraints[session.feasible][:, active]
+    assert session.feasible.any()
+    assert (held.max(initial=-1.0) <= 0.0) or not active.any()

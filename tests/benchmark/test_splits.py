@@ -121,7 +121,9 @@ def test_a_foreign_file_is_refused_by_name(shipped):
     problem, _ = shipped
     other = pkm_gym.make_problem(problem.name, bounds={problem.variable_names[0]: (0.3, 0.4)})
     path = split_path(problem.name, "val")
-    with pytest.raises(ValueError, match=rf"{path.name}' belongs to another problem"):
+    with pytest.raises(
+        ValueError, match=rf"{path.name}' is no pool: it belongs to another problem"
+    ):
         Pool.load(path, other)
 
 

@@ -28,7 +28,10 @@ def logs(shipped, beside):
         )  # fmt: skip
         own = starts[: len(rows), None, :] * np.ones((1, budget, 1))
         own[:, -1] += last * (split.designs[rows] - own[:, -1])
-        return EvaluationLog(how, rows, own, np.full(len(rows), 0.12), "0", "made by a test")
+        counts = np.zeros((2, len(rows)), dtype=np.int64)
+        return EvaluationLog(
+            how, rows, own, np.full(len(rows), 0.12), *counts, "0", "made by a test"
+        )
 
     return make
 
@@ -53,10 +56,10 @@ def test_a_pool_is_paid_for_in_evaluations(logs, shipped):
 
 def test_training_is_paid_for_and_a_log_is_scored_without_its_method(logs, tmp_path):
     path = tmp_path / "log.npz"
-    replace(logs("nowhere:it"), training=Cost(1000, np.nan)).save(path)
+    replace(logs("nowhere:it", knowledge="transfer"), training=Cost(1000, np.nan)).save(path)
     entry = standings([EvaluationLog.load(path)])[0]
     assert entry.name == "nowhere:it"
-    assert entry.cost.evaluations == 1000
+    assert entry.cost.evaluations == entry.pool.evaluations + 1000
     assert np.isnan(entry.cost.seconds)
 
 
@@ -94,15 +97,18 @@ def gone(log):
     [
         (twice, "its rows must number different tasks"),
         (lambda log: {"rows": log.rows - 1000}, "its rows must number different tasks"),
-        (lambda log: {"rows": log.rows + 0.5}, "its rows must number different tasks"),
+        (lambda log: {"rows": log.rows + 0.5}, "rows is float64 of shape"),
         (gone, "finite up to the last that was evaluated"),
         (lambda log: {"designs": np.full_like(log.designs, np.inf)}, "finite up to the last"),
         (lambda log: {"designs": log.designs[:, :3]}, "12 designs a task"),
         (lambda log: {"seconds": -log.seconds}, "must be numbers from 0 on"),
         (lambda _: {"training_evaluations": -5}, "must be numbers from 0 on"),
+        (lambda log: {"outside": log.outside - 1}, "its counts of evaluations must be"),
         (lambda _: {"start": "easy"}, "start is 'easy', it must be given or free"),
         (lambda _: {"knowledge": "all"}, "knowledge is 'all', it must be transfer or scratch"),
-        (lambda _: {"pool": 7}, "it knew 7 training tasks in the track 'scratch'"),
+        (lambda _: {"pool": 7}, "it knew 7 training tasks and was trained with 0 eval"),
+        (lambda _: {"training_evaluations": 9}, "was trained with 9 evaluations in the track"),
+        (lambda _: {"knowledge": "transfer"}, "it knew no training tasks and had no training"),
     ],
 )
 def test_a_log_that_no_run_writes_is_refused(logs, tmp_path, change, sentence):

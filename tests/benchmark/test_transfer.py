@@ -7,11 +7,17 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from pkm_gym.benchmark import Evaluator, Interpolation, Spent, load_split
+from pkm_gym.benchmark import Interpolation, Session, Spent, Training, View, load_split
 from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.benchmark.ladder import Ladder
 from pkm_gym.benchmark.optima import KnownOptima
-from pkm_gym.benchmark.transfer import RUNGS_BEFORE, interpolated, interpolated_cobyqa, neighbours
+from pkm_gym.benchmark.transfer import (
+    RUNGS_BEFORE,
+    interpolated,
+    interpolated_cobyqa,
+    interpolated_slsqp,
+    neighbours,
+)
 from pkm_gym.core.limit import Limit
 from pkm_gym.envs.observation import scaled_tasks
 
@@ -25,7 +31,7 @@ def pool(shipped):
 
 @pytest.fixture(scope="module")
 def ladder(shipped, pool):
-    return Ladder(shipped[0], pool)
+    return Ladder(View.of(shipped[0]), Training(shipped[0], pool))
 
 
 def test_points_are_an_observations_within_the_range_and_have_no_bend_beyond(shipped, pool):
@@ -79,7 +85,7 @@ def test_a_limit_moves_its_constraint_and_no_other(ladder, shipped, pool):
 
 def test_a_slope_is_the_derivative_of_its_constraint(shipped, pool):
     problem, _ = shipped
-    optima = KnownOptima(problem, pool)
+    optima = KnownOptima(View.of(problem), Training(problem, pool))
     row = int(np.flatnonzero(pool.solvable)[3])
     design, h = pool.designs[row][None], 1e-6
     for j in range(len(problem.constraint_names)):
@@ -98,7 +104,10 @@ def test_a_slope_is_the_derivative_of_its_constraint(shipped, pool):
 
 def test_a_constraint_without_a_limit_is_moved_by_the_design():
     problem, pool = load_split("spr3_cylinder", "train")
-    optima, span = KnownOptima(problem, pool), problem.high - problem.low
+    optima, span = (
+        KnownOptima(View.of(problem), Training(problem, pool)),
+        problem.high - problem.low,
+    )
     row = int(np.flatnonzero(pool.active.sum(axis=1) == 3)[0])
     task, design, active = pool.tasks[row], pool.designs[row], pool.active[row]
     alone = [j for j in np.flatnonzero(active).tolist() if optima.limit_of(j) is None]
@@ -119,18 +128,18 @@ def test_neighbours_are_the_optima_of_the_nearest_tasks(ladder, shipped, pool):
 
 
 def regret(problem, split, row, search, budget=BUDGET):
-    evaluator = Evaluator(problem, split.tasks[row], budget=budget, seed=row)
+    session = Session(problem, split.tasks[row], budget=budget, seed=row)
     with suppress(Spent):
-        search(evaluator)
-    feasible = evaluator.feasible
+        search(session)
+    feasible = session.feasible
     optimum = problem.evaluate(split.designs[row][None], split.tasks[row][None]).log_merit[0]
-    return evaluator.log_merit[feasible].min(initial=np.inf) - optimum, evaluator.count
+    return session.log_merit[feasible].min(initial=np.inf) - optimum, session.count
 
 
 def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
     problem, split = shipped
     rows = np.flatnonzero(split.solvable)[:24].tolist()
-    near = neighbours.prepare(problem, pool)
+    near = neighbours.prepare(View.of(problem), Training(problem, pool))
     found = np.array([
         [regret(problem, split, row, search)[0] for row in rows]
         for search in (near, lambda e: ladder.climb(e, 1), lambda e: ladder.climb(e, BUDGET))
@@ -147,7 +156,10 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
 def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     problem, split = shipped
     rows = np.flatnonzero(split.solvable)[:6].tolist()
-    climb, further = (m.prepare(problem, pool) for m in (interpolated, interpolated_cobyqa))
+    climb, further = (
+        m.prepare(View.of(problem), Training(problem, pool))
+        for m in (interpolated, interpolated_cobyqa)
+    )
     for row in rows[:3]:
         assert regret(problem, split, row, climb, budget=30)[1] <= BUDGET  # the ladder ends
         assert regret(problem, split, row, further, budget=20)[1] == 20
@@ -158,6 +170,16 @@ def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     assert np.median(refined) < share * np.median(climbed)
 
 
+def test_slsqp_goes_on_where_the_ladder_ends(shipped, pool):
+    problem, split = shipped
+    further = interpolated_slsqp.prepare(View.of(problem), Training(problem, pool))
+    for row in np.flatnonzero(split.solvable)[:3].tolist():
+        climbed, _ = regret(problem, split, row, further, budget=RUNGS_BEFORE)
+        refined, count = regret(problem, split, row, further, budget=40)
+        assert count > RUNGS_BEFORE
+        assert refined <= climbed
+
+
 def test_a_pool_that_is_too_small_is_refused(shipped, pool):
     with pytest.raises(ValueError, match=r"the pool has \d solvable tasks: interpolation needs"):
-        Ladder(shipped[0], pool.first(5))
+        Ladder(View.of(shipped[0]), Training(shipped[0], pool.first(5)))

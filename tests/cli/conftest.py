@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import types
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -17,8 +18,18 @@ Run = Callable[..., Result]
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> Run:
     """Run ``pkm-gym`` with the given words, in a folder of its own, on a terminal 100 wide."""
-    monkeypatch.chdir(tmp_path)
-    runner = CliRunner(env={"COLUMNS": "100", "TERM": "dumb", "NO_COLOR": "1"})
+    return _run_in(tmp_path, monkeypatch, 100)
+
+
+@pytest.fixture
+def narrow(tmp_path, monkeypatch) -> Run:
+    """The same on a terminal 80 wide."""
+    return _run_in(tmp_path, monkeypatch, 80)
+
+
+def _run_in(folder: Path, monkeypatch: pytest.MonkeyPatch, columns: int) -> Run:
+    monkeypatch.chdir(folder)
+    runner = CliRunner(env={"COLUMNS": str(columns), "TERM": "dumb", "NO_COLOR": "1"})
     return lambda *words: runner.invoke(app, [str(word) for word in words], prog_name="pkm-gym")
 
 

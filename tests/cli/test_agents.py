@@ -12,6 +12,8 @@ import pytest
 
 from pkm_gym.agents.designers import library, shipping
 from pkm_gym.agents.designers.library import shipped
+from pkm_gym.agents.runs import course
+from pkm_gym.benchmark import EvaluationLog
 from pkm_gym.benchmark.splits import split_path
 
 TRAIN = ("train", "PKM/Diamond-v0", "--steps", 192, "--set", "envs=8", "checkpoints=2",
@@ -50,17 +52,95 @@ def test_an_illegal_setting_is_refused_before_there_is_a_folder(refused):
     assert not Path(FOLDER).exists()
 
 
-@pytest.mark.usefixtures("trained")
-def test_a_finished_run_resumes_at_its_end(run):
-    result = run(*TRAIN, "--resume")
+def test_a_finished_run_resumes_at_its_end_by_its_folder_alone(trained, run):
+    before = Path(trained, "run.json").read_text()
+    for words in (
+        (*TRAIN, "--resume"),
+        ("train", trained, "--resume"),
+        ("train", "--resume", trained),
+    ):
+        result = run(*words)
+        assert result.exit_code == 0, result.stderr
+        assert "best score" in result.stdout
+    assert Path(trained, "run.json").read_text() == before
+
+
+def test_a_run_is_lengthened_and_states_it(trained, run):
+    result = run("train", "--resume", trained, "--steps", 288)
     assert result.exit_code == 0, result.stderr
+    assert json.loads(Path(trained, "run.json").read_text())["recipe"]["steps"] == 288
+    scores = [json.loads(line) for line in Path(trained, "scores.jsonl").read_text().splitlines()]
+    assert scores[-1]["steps"] == 288
 
 
-def test_a_run_of_other_settings_is_not_resumed(trained, refused):
-    assert "holds a run of another seed: 0 there" in refused(
-        *TRAIN, "--seed", 1, "-o", trained, "--resume"
+def test_a_model_is_lengthened_by_its_updates(run, refused, tmp_path):
+    pool, few = tmp_path / "pool.npz", tmp_path / "few.npz"
+    for number, file in ((32, pool), (4, few)):
+        assert run("solve-tasks", "diamond", "-n", number, "-o", file).exit_code == 0
+    words = ("train", "PKM/DiamondFamily-v0", "--algo", "model", "--pool", pool, "--validation",
+             pool, "--steps", 64, "-o", "m", "--set", "algorithm.batch_size=8",
+             "algorithm.width=4")  # fmt: skip
+    sentence = refused(*(few if word == pool else word for word in words), "algorithm.updates=20")
+    assert "the pool has 4 solvable tasks: interpolation needs" in sentence
+    result = run(*words, "algorithm.updates=20")
+    assert result.exit_code == 0, result.stderr
+    assert run("train", "m", "--resume", "--set", "algorithm.updates=30").exit_code == 0
+    assert json.loads(Path("m/run.json").read_text())["recipe"]["algorithm"]["updates"] == 30
+    assert "it can be lengthened, not cut to 10" in refused(
+        "train", "m", "--resume", "--set", "algorithm.updates=10"
     )
+    assert "a run of another recipe.steps: 64 there, 80 here" in refused(
+        "train", "m", "--resume", "--steps", 80
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--seed", 1), "holds a run of another seed: 0 there, 1 here"),
+        (("--algo", "sac"), "holds a run of another algorithm: ppo there, sac here"),
+        (("--pool", "p.npz"), "holds a run of another pool: None there, p.npz here"),
+        (("--steps", 96), "holds a run of recipe.steps 192: it can be lengthened, not cut to 96"),
+        (("--set", "envs=4"), "holds a run of another recipe.envs: 8 there, 4 here"),
+        (
+            ("--set", "algorithm.n_steps=6"),
+            "holds a run of another recipe.algorithm.n_steps: 12 there, 6 here",
+        ),
+        (("-o", "elsewhere"), "are two folders: leave one out"),
+    ],
+)
+def test_a_run_of_other_settings_is_not_resumed(trained, refused, words, sentence):
+    assert sentence in refused("train", trained, "--resume", *words)
+
+
+def test_what_is_no_run_is_not_resumed(refused):
     assert "holds no run to resume" in refused(*TRAIN, "-o", "elsewhere", "--resume")
+    Path("damaged").mkdir()
+    Path("damaged", "run.json").write_text('{"seed": 1')
+    assert "'damaged/run.json' is damaged" in refused("train", "damaged", "--resume")
+
+
+def test_what_a_score_is_measured_on_is_told_before_it_is_solved(run, refused, monkeypatch):
+    monkeypatch.setattr(course, "VALIDATION_TASKS", 2)
+    words = ("train", "PKM/DiamondFamily-v0", "--steps", 96, "-o", "c")
+    recipe = ("envs=2", "starts=centre", "environment.objective=condition",
+              "environment.reward=improvement", "algorithm.batch_size=24")  # fmt: skip
+    result = run(*words, "--set", *recipe)
+    assert result.exit_code == 0, result.stderr
+    assert "solving 2 tasks to score the agent on, once: c/validation.npz keeps them" in (
+        result.stdout.replace("\n", " ")
+    )
+    assert not list(Path("c").glob("*.part"))
+    assert "its objective is condition): score it on solved tasks of its own" in refused(
+        "agent-eval", "c"
+    )
+    scored = run("agent-eval", "c", "--tasks", "c/validation.npz")
+    assert scored.exit_code == 0, scored.stderr
+    best = json.loads(Path("c/best.json").read_text())["origin"]["score"]
+    assert re.search(rf"^c +2 +{best:.4f} ", scored.stdout, re.MULTILINE)
+    assert "objective condition" in scored.stdout
+    designed = run("design", "diamond", "--model", "c", "--objective", "condition", "--json")
+    assert json.loads(designed.stdout)["objective"] == ["condition"]
 
 
 def test_an_unknown_environment_is_refused(refused):
@@ -127,7 +207,10 @@ def test_a_trained_agent_is_scored(trained, run, tmp_path):
     result = run("agent-eval", trained, "-o", "logs")
     assert result.exit_code == 0, result.stderr
     assert "diamond, val" in result.stdout
-    assert (tmp_path / "logs" / "designer-0.npz").exists()
+    log = EvaluationLog.load(tmp_path / "logs" / "designer-0.npz")
+    assert (log.setting.pool, log.setting.knowledge) == (0, "transfer")  # it knew no solved tasks
+    assert 0 < log.training.evaluations <= 192
+    assert not log.outside.any()
 
 
 @SHIPPED

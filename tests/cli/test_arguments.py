@@ -12,10 +12,12 @@ import pytest
 
 import pkm_gym
 from pkm_gym.core.rows import variable
+from pkm_gym.mechanisms import declaration, problems
 from pkm_gym.mechanisms.diamond.declared import DIAMOND
 from pkm_gym.mechanisms.diamond.problem import DiamondProblem
 from pkm_gym.studies.cli import arguments
 from pkm_gym.studies.cli.arguments import design_from, problem_from
+from pkm_gym.studies.cli.design_file import write_design
 
 LENGTHS = ["e=150mm", "l1=0.25", "l2=64cm", "H=493 mm"]
 
@@ -134,7 +136,7 @@ def test_a_fixed_value_stands_in_the_design():
     [
         (["lame=0.6"], "unknown setting 'lame'; did you mean 'lam_e'?"),
         (["payload=1kg"], "unknown setting 'payload'; did you mean 'task.payload'?"),
-        (["task.payloda=1kg"], "unknown setting 'task.payloda'; did you mean 'task.payload'?"),
+        (["task.payloda=1kg"], "unknown task field 'payloda'; did you mean 'payload'?"),
         (["inertia=unifrm"], "unknown inertia 'unifrm'; did you mean 'uniform-arm'?"),
         (["lam_e"], "--set lam_e says no value: write --set lam_e=VALUE"),
         (["lam_e="], "--set lam_e= says no value: write --set lam_e=VALUE"),
@@ -194,3 +196,50 @@ def test_a_mistake_in_another_argument_is_one_sentence(arguments, sentence):
     with pytest.raises(ValueError, match=re.escape(sentence)) as refused:
         problem_from("diamond", **arguments)
     assert "\n" not in str(refused.value)
+
+
+PRODUCTS = [
+    (name, *product) for name in problems() for product in declaration(name).products.items()
+]
+
+
+@pytest.mark.parametrize(("name", "product", "fields"), PRODUCTS)
+def test_a_task_takes_a_product_of_its_fields_in_place_of_the_ratio(name, product, fields):
+    """Such as the workspace's height, of which a task holds the share of its width."""
+    ratio, other = fields
+    usual = declaration(name).task()
+    value = 0.98 * getattr(usual, ratio) * getattr(usual, other)
+    task = problem_from(name, [f"task.{product}={1e3 * value!r}mm"]).task
+    assert getattr(task, ratio) * getattr(task, other) == pytest.approx(value, rel=1e-12)
+    assert getattr(task, other) == getattr(usual, other)
+    length = 0.97 * getattr(usual, other)
+    both = [f"task.{product}={value!r}", f"task.{other}={length!r}"]
+    assert getattr(problem_from(name, both).task, ratio) == pytest.approx(value / length)
+    for sentence, words in {
+        "say the same thing: leave one out": [f"task.{product}=0.1", f"task.{ratio}=1.3"],
+        "it must be from ": [f"task.{product}=1km".replace("km", "000")],
+        "it must be a finite number": [f"task.{product}=x"],
+    }.items():
+        with pytest.raises(ValueError, match=f"^task.{product} .*{sentence}"):
+            problem_from(name, words)
+
+
+def test_a_product_goes_before_the_ratio_of_a_file(tmp_path):
+    problem = problem_from("diamond", ["task.h_ratio=0.2"])
+    best = problem.evaluate(problem.printed_design()[None])
+    path = write_design(tmp_path / "design.toml", best, "")
+    assert problem_from("diamond", file=path).task.h_ratio == 0.2
+    assert problem_from("diamond", ["task.h=80mm"], file=path).task.h_ratio == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("word", "sentence"),
+    [
+        ("h=0.1", "unknown setting 'h'; did you mean 'task.h'?"),
+        ("task.paylod=1", "unknown task field 'paylod'; did you mean 'payload'?"),
+        ("task.q=1", "unknown task field 'q'; known: .*h, h_ratio.*"),
+    ],
+)
+def test_an_unknown_field_is_answered_with_those_there_are(word, sentence):
+    with pytest.raises(ValueError, match=f"^{sentence.replace('?', '[?]')}$"):
+        problem_from("diamond", [word])

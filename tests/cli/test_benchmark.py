@@ -26,7 +26,7 @@ def test_benchmark_runs_methods_and_ranks_them_by_track(run):
         "free start, transfer",
         "given start, scratch",
         "interpolated after 12 evaluations is better on",
-        "What was spent before the first task",
+        "What was spent besides the evaluations on a task",
         "microseconds",
         "written: runs/diamond/benchmark/val",
     ):
@@ -85,6 +85,52 @@ def test_the_leaderboard_keeps_one_line_a_method(run, tmp_path):
     assert result.exit_code == 2
     assert "board.csv' is no leaderboard" in result.stderr
     assert board.read_text() == "a,b\n1,2\n"
+
+
+BAD = """
+from pkm_gym.benchmark import method
+
+@method()
+def bad(view, training):
+    raise RuntimeError("no idea")
+"""
+
+
+@pytest.mark.parametrize("others", [(), ("--method", "random")])
+def test_a_method_that_fails_is_named_and_the_others_go_on(run, tmp_path, monkeypatch, others):
+    (tmp_path / "bad_of_tests.py").write_text(BAD)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    bad = ("--method", "bad_of_tests:bad")
+    result = run("benchmark", "diamond", *QUICK, *bad, *others, "--seeds", 2)
+    assert result.exit_code == 1
+    assert "failed, and not ranked" in result.output
+    assert "failed while it prepared: RuntimeError: no idea" in result.output
+    assert (FOLDER / "table.csv").exists() == bool(others)
+    assert ("written: runs" in result.output) == bool(others)
+
+
+PAST = """
+from pkm_gym.benchmark import method
+from pkm_gym.mechanisms import family_problem
+
+@method()
+def past(view, training):
+    family_problem(view.problem).evaluate(view.low[None])
+    return lambda session: session.evaluate(view.low)
+"""
+
+
+def test_a_method_that_goes_past_the_door_is_named_and_enters_no_table(run, tmp_path, monkeypatch):
+    (tmp_path / "past_of_tests.py").write_text(PAST)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    past = ("--method", "past_of_tests:past", "--method", "random")
+    result = run("benchmark", "diamond", *QUICK, *past, "--leaderboard", "board.csv")
+    assert result.exit_code == 0, result.output
+    assert "past_of_tests:past is not ranked: for a task it evaluated up to 1" in result.output
+    for file in (FOLDER / "table.csv", Path("board.csv")):
+        assert [row["method"] for row in csv.DictReader(file.read_text().splitlines())] == [
+            "random"
+        ]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import pkm_gym
 from pkm_gym.__main__ import app
 from pkm_gym.mechanisms.spr3.workspace import volume_by_surfaces
+from pkm_gym.studies.cli.design_file import write_design
 from pkm_gym.studies.verbs.figures import figures_of, write
 
 
@@ -62,6 +63,51 @@ def test_the_verb_writes_what_it_says(run, tmp_path):
         str(folder.relative_to(tmp_path) / f"{stem}.png") for stem in ("cycle", "printed")
     ]
     assert imread(folder / "cycle.png").std() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("name", "only", "files"),
+    [
+        ("diamond", "cycle", ["cycle.png"]),
+        ("diamond", "design", ["design.png"]),
+        ("spr3", "envelope", ["envelope.stl"]),
+        ("stroke_leg_gait", "design_maps", ["design_maps.png"]),
+        ("stroke_leg", "trot", ["trot.gif"]),
+    ],
+)
+def test_what_any_design_has_is_drawn_of_a_file_s(run, tmp_path, name, only, files):
+    problem = pkm_gym.make_problem(name)
+    best = problem.evaluate(problem.printed_design()[None])
+    write_design(tmp_path / "mine.toml", best, "a test")
+    done = run(name, "--design", "mine.toml", "--only", only)
+    assert done.exit_code == 0, done.output
+    folder = tmp_path / "runs" / name / "figures-mine"
+    assert [path.name for path in folder.iterdir()] == files
+
+
+def test_what_is_drawn_goes_with_the_design(run, tmp_path):
+    problem = pkm_gym.make_problem("spr3")
+    volumes = []
+    for scale in (1.0, 0.9):
+        best = problem.evaluate(problem.printed_design()[None] * scale)
+        write_design(tmp_path / f"{scale}.toml", best, "a test")
+        out = tmp_path / f"{scale}"
+        done = run("spr3", "--design", f"{scale}.toml", "--only", "envelope", "--out", out)
+        assert done.exit_code == 0, done.output
+        volumes.append(trimesh.load(out / "envelope.stl").volume)
+    assert volumes[1] < 0.99 * volumes[0]
+
+
+def test_what_is_of_the_paper_is_refused_with_a_design(run, tmp_path):
+    problem = pkm_gym.make_problem("diamond")
+    best = problem.evaluate(problem.printed_design()[None])
+    write_design(tmp_path / "mine.toml", best, "a test")
+    done = run("diamond", "--design", "mine.toml", "--only", "fig8_wedge")
+    assert done.exit_code == 2
+    said = "fig8_wedge is of the paper, not of a design: leave --design out, or take one of design"
+    assert said in done.stderr
+    assert run("spr3", "--design", "mine.toml").exit_code == 2
+    assert not (tmp_path / "runs").exists()
 
 
 def test_vector_formats_are_written(run, tmp_path):

@@ -44,7 +44,7 @@ def test_a_grid_is_made_whole_by_the_same_command(run, told, size):
     assert run("grid", "diamond").exit_code == 0
     study = load_study(open_storage(default_storage("diamond")), "diamond-grid")
     assert count_finished(study) == LOGGED
-    assert "best of the paper's grid" in get_note(study)
+    assert "best of our grid" in get_note(study)
 
 
 @pytest.mark.parametrize("size", [300, 3_000, 20_000])

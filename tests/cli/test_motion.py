@@ -6,6 +6,8 @@ import json
 
 import pytest
 
+from pkm_gym.agents.runs import tuning
+
 TRAIN = ("train", "PKM/DiamondMotion-v0", "--steps", 256, "--set", "envs=2", "checkpoints=2",
          "policy.net_arch=[8]", "algorithm.n_steps=64", "algorithm.batch_size=64")  # fmt: skip
 FOLDER = "runs/agents/DiamondMotion-v0-ppo-0"
@@ -48,9 +50,32 @@ def test_mistakes_are_refused_in_one_sentence(refused):
     assert "PKM/Diamond-v0 is no motion environment" in refused("motion-eval", "PKM/Diamond-v0")
     assert "can't read the driver" in refused("motion-eval", "PKM/DiamondMotion-v0", "nothing")
     assert "has no use for --pool" in refused("train", "PKM/DiamondMotion-v0", "--pool", "p.npz")
-    assert "PKM/DiamondMotion-v0 is no design environment" in refused(
-        "tune", "PKM/DiamondMotion-v0"
+    for verb in ("train", "tune"):
+        assert "is trained by one of ppo, sac, td3, tqc, not by model" in refused(
+            verb, "PKM/DiamondMotion-v0", "--algo", "model"
+        )
+    assert "is none of the environment's" in refused(
+        "motion-eval", "PKM/DiamondMotion-v0", "--set", "algorithm.gamma=0.9"
     )
+
+
+def test_the_environment_is_set_as_in_training(run):
+    limits = [
+        json.loads(run("motion-eval", "PKM/DiamondMotion-v0", "--json", "--set", word).stdout)
+        for word in ("environment.force_limit=60.0", "environment.force_limit=120.0")
+    ]
+    shares = [scores["computed-torque"]["peak_share"] for scores in limits]
+    assert shares[0] == pytest.approx(2.0 * shares[1], rel=0.2)
+
+
+def test_a_driver_is_tuned(run, monkeypatch):
+    monkeypatch.setattr(tuning, "SEEDS", (0,))
+    monkeypatch.setattr(tuning, "FRESH", range(100, 101))
+    monkeypatch.setattr("pkm_gym.agents.verbs.tune.FRESH", range(100, 101))
+    result = run("tune", *TRAIN[1:], "--trials", 1)
+    assert result.exit_code == 0, result.stderr
+    assert "The best of 1 trials" in result.stdout
+    assert "one fresh seed" in result.stdout
 
 
 def test_a_model_is_no_driver(refused, tmp_path):

@@ -109,7 +109,9 @@ def test_the_part_of_another_run_is_refused_and_kept(run, refused, tmp_path, sto
 def test_a_damaged_part_is_refused_and_kept(refused, tmp_path, content):
     part = tmp_path / "pool.npz.part"
     part.write_bytes(content)
-    assert "'pool.npz.part' is no part of a pool: delete it" in refused(*SOLVE, "-o", "pool.npz")
+    said = refused(*SOLVE, "-o", "pool.npz")
+    assert said.startswith("'pool.npz.part' is damaged or no npz file: expected a part of a pool; ")
+    assert "delete it, or choose another file with -o" in said
     assert part.read_bytes() == content
 
 

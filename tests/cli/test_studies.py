@@ -65,7 +65,7 @@ def test_search_counts_the_pareto_front_of_several_objectives(run):
         (("--storage", "."), "can't open the storage '.'"),
         (("--objective", "tau"), "unknown objective 'tau'"),
         (("--range", "lam_l=3:2"), "the low one must be the smaller"),
-        (("--trials", "0"), "'--trials'"),
+        (("--trials", "0"), "--trials is '0': it must be at least 1"),
     ],
 )
 def test_search_refuses_in_one_sentence(run, refused, words, said):
@@ -77,7 +77,7 @@ def test_search_refuses_in_one_sentence(run, refused, words, said):
 def test_grid_writes_the_atlas_and_names_it(run):
     result = run("grid", "diamond", "-o", "atlas.nc")
     assert result.exit_code == 0, result.output
-    assert "designs of the paper's grid" in result.output
+    assert "designs of our grid" in result.output
     assert "atlas: atlas.nc" in result.output
     assert Path("atlas.nc").exists()
 
@@ -124,9 +124,9 @@ def test_polish_refuses_two_starts(refused):
 def test_compare_prints_and_writes_its_table(run):
     result = run("compare", "diamond", "--evaluations", 10, "--seeds", 1)
     assert result.exit_code == 0, result.output
-    assert "\ncmaes " in result.output
+    assert "\ncmaes, seed 0 " in result.output
     assert json.loads(Path("runs/diamond/compare.json").read_text())["problem"] == "diamond"
-    assert "| tpe |" in Path("runs/diamond/compare.md").read_text()
+    assert "| tpe, seed 0 |" in Path("runs/diamond/compare.md").read_text()
 
 
 def test_study_does_all_and_ends_with_what_was_found_and_how_to_see_it(run, monkeypatch):

@@ -55,14 +55,14 @@ def test_a_broken_limit_is_shown_and_exits_with_1(run, monkeypatch):
 
 
 def test_all_means_each_mechanism_once():
-    assert machines() == ("diamond", "pus6", "spr3", "stroke_leg")
+    assert machines() == ("diamond", "pss5_upu_skew", "pus6", "spr3", "stroke_leg")
 
 
 def test_unknown_mechanisms_are_refused(refused):
     assert refused("twin-check", "diamnd") == "unknown mechanism 'diamnd'; did you mean 'diamond'?"
 
 
-@pytest.mark.parametrize("name", ["diamond", "pus6", "spr3", "stroke_leg"])
+@pytest.mark.parametrize("name", ["diamond", "pss5_upu_skew", "pus6", "spr3", "stroke_leg"])
 def test_the_exported_model_opens_in_mujoco_and_stands_still(run, tmp_path, name):
     assert run("export", name, "-o", "twin.xml").exit_code == 0
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "twin.xml"))

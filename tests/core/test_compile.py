@@ -15,6 +15,8 @@ from pkm_gym.core import compile as compiling
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
+TBB = Path(sys.prefix, "lib", "libtbb.so.12")
+
 MACHINE = """
 import numpy as np
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
@@ -102,18 +104,44 @@ def test_without_a_writable_cache_folder_kernels_are_compiled_at_every_start(
         assert "no writable cache folder: at every start" in done.stderr
 
 
+LAYER = "import numba; print(numba.threading_layer())"
+CHOSEN = "import numba; numba.config.THREADING_LAYER = 'workqueue'\n"
+RUNNING = """
+import os, numba, numpy as np
+os.environ["NUMBA_THREADING_LAYER"] = "workqueue"
+@numba.njit(parallel=True)
+def count(x):
+    for i in numba.prange(len(x)):
+        x[i] = i
+count(np.zeros(9))
+del os.environ["NUMBA_THREADING_LAYER"]
+"""
+
+
+def layer(run: Run, code: str, **environment: str) -> str:
+    return run(code + LAYER, **environment).stdout.strip()
+
+
 def test_the_threading_layer_is_the_one_that_survives_threads_and_forks(run: Run) -> None:
-    tbb = Path(sys.prefix, "lib", "libtbb.so.12")
-    if not tbb.exists():
+    if not TBB.exists():
         pytest.skip("no oneTBB on this machine: calls take turns")
-    layer = "import numba; print(numba.threading_layer())"
-    assert run(BATCH + layer).stdout.strip() == "tbb"
-    assert run(BATCH + layer, NUMBA_THREADING_LAYER="tbb").stdout.strip() == "tbb"
+    assert layer(run, BATCH) == "tbb"
 
 
-@pytest.mark.parametrize("layer", ["default", "workqueue"])
-def test_two_python_threads_may_call_the_parallel_kernel_at_once(run: Run, layer: str) -> None:
-    run(BATCH + THREADS, **({} if layer == "default" else {"NUMBA_THREADING_LAYER": layer}))
+@pytest.mark.parametrize("asked", ["tbb", "TBB", "workqueue", "omp"])
+def test_the_layer_that_the_user_asks_for_runs(run: Run, asked: str) -> None:
+    if asked.lower() == "tbb" and not TBB.exists():
+        pytest.skip("no oneTBB on this machine")
+    assert layer(run, BATCH + THREADS, NUMBA_THREADING_LAYER=asked) == asked.lower()
+
+
+@pytest.mark.parametrize("before", [CHOSEN, RUNNING], ids=["chosen", "running"])
+def test_the_layer_that_a_program_has_chosen_runs(run: Run, before: str) -> None:
+    assert layer(run, before + BATCH + THREADS) == "workqueue"
+
+
+def test_two_python_threads_may_call_the_parallel_kernel_at_once(run: Run) -> None:
+    run(BATCH + THREADS)
 
 
 def test_a_forked_child_can_evaluate(run: Run) -> None:

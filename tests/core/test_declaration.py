@@ -103,7 +103,7 @@ def test_a_family_is_kept_as_json_and_given_arguments_go_before_it(said: dict[st
     made = Declaration(**said, family=family)
     kept = {"free": ["arm", "gap"], "bounds": {"gap": [0.05, 0.2]}, "samples": 7}
     assert made.family == kept
-    assert made.family_words == "free arm, gap; gap from 0.05 to 0.2 m; samples = 7"
+    assert made.family_words == "free arm, gap; gap from 50 to 200 mm; samples = 7"
     assert made.family_arguments({}) == {**kept, "fixed": {}}
     assert made.family_arguments({"samples": 9, "free": None})["samples"] == 9
     # an environment is given what its id declares, and what its user says
@@ -140,7 +140,8 @@ def test_each_registered_declaration_is_complete(name: str) -> None:
         assert v.low < v.high
         assert v.step > 0.0
     for field in made.task.variables():
-        assert field.legal_low <= field.low <= field.default <= field.high <= field.legal_high
+        assert field.legal_low <= field.low <= field.high <= field.legal_high
+        assert field.legal_low <= field.default <= field.legal_high
     for objective in made.objectives:
         assert np.isfinite([objective.worst, objective.scale, made.penalty_weight]).all()
     assert set(made.splits) in ({"train", "val", "test", "ood"}, set())

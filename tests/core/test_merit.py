@@ -123,7 +123,9 @@ def test_log_merit_rises_on_the_way_out_of_reach() -> None:
         assert (evaluation.log_merit[~outside] <= merit.CAP).all()
 
 
-@pytest.mark.parametrize("objective", ["tau_G", "tau_peak", "tau_rms", "condition"])
+@pytest.mark.parametrize(
+    "objective", ["tau_G", "tau_peak", "tau_rms", "condition", "sigma_min", "sigma_max"]
+)
 def test_merit_is_one_at_the_optimum_of_the_papers_task(objective: str) -> None:
     problem = pkm_gym.make_problem("diamond", objective=objective)
     solution = solve_tasks(problem, problem.pack(None)[None])

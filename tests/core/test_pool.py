@@ -127,7 +127,7 @@ def test_missing_array_is_refused(pool, family_problem, tmp_path, name):
     content = dataclasses.asdict(pool)
     del content[name]
     np.savez(path, **content)
-    assert f"lacks {name}:" in refusal(path, family_problem)
+    assert f"lacks {name};" in refusal(path, family_problem)
 
 
 @pytest.mark.parametrize("name", ARRAYS)

@@ -32,7 +32,8 @@ def test_problems_are_listed_and_an_unknown_one_is_answered_with_the_closest() -
         ({"free": ("lam_x",)}, "unknown variable 'lam_x'; did you mean 'lam_"),
         ({"fixed": {"lam_x": 1.0}}, "unknown variable 'lam_x'"),
         ({"bounds": {"gab": (0.1, 0.2)}}, "unknown variable 'gab'; did you mean 'gap'"),
-        ({"smapling": (3, 3)}, "unknown option 'smapling'; did you mean 'sampling'"),
+        ({"smapling": (3, 3)}, "unknown argument 'smapling'; did you mean 'sampling'"),
+        ({"fre": "all"}, "unknown argument 'fre'; did you mean 'free'"),
         ({"inertia": "uniform"}, "unknown inertia 'uniform'; did you mean 'uniform-arm'"),
     ],
 )

@@ -62,7 +62,7 @@ def test_the_paper_can_be_cited(problem: DesignProblem) -> None:
 def test_a_value_is_found_by_name_else_the_closest_is_offered(problem: DesignProblem) -> None:
     name = next(iter(problem.reference.values))
     assert problem.reference[name].name == name
-    with pytest.raises(KeyError, match=f"unknown printed value '{name}_'; did you mean '{name}'"):
+    with pytest.raises(ValueError, match=f"unknown printed value '{name}_'; did you mean '{name}'"):
         problem.reference[f"{name}_"]
 
 
@@ -76,5 +76,5 @@ def test_without_a_paper_nothing_is_printed() -> None:
     for part in (nothing.design, nothing.values, nothing.optima, nothing.claims):
         assert not part
     assert not Reference.load("no_such_package")
-    with pytest.raises(KeyError, match="unknown printed value 'l1'"):
+    with pytest.raises(ValueError, match="unknown printed value 'l1'"):
         nothing["l1"]

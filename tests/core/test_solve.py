@@ -11,9 +11,14 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, polish, solve_tasks
 
 
-def test_almost_every_task_of_the_family_is_solvable_and_certified(family: Solutions) -> None:
+def test_almost_every_task_of_the_family_is_solvable_and_certified(
+    family_problem: DesignProblem, family: Solutions
+) -> None:
     assert family.solvable.mean() >= 0.9
-    assert family.certified.mean() >= 0.99
+    if family_problem.declared.searches > 1:
+        assert family.certified.mean() >= 0.99
+    else:  # one search of many basins: the best known
+        assert not family.certified.any()
 
 
 def test_optima_are_strictly_feasible(family_problem: DesignProblem, family: Solutions) -> None:
@@ -45,7 +50,8 @@ def test_random_designs_never_beat_an_optimum(
 def test_the_same_seed_gives_the_same_optima(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
-    one, other = (solve_tasks(family_problem, family.tasks[:2], seed=3) for _ in range(2))
+    few = family.tasks[: 1 if family_problem.declared.starts else 2]
+    one, other = (solve_tasks(family_problem, few, seed=3) for _ in range(2))
     for name in ("designs", "optima", "log_merit", "active", "solvable", "certified"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.evaluations == other.evaluations > 0
@@ -54,6 +60,8 @@ def test_the_same_seed_gives_the_same_optima(
 def test_another_seed_agrees_to_ten_digits(
     family_problem: DesignProblem, family: Solutions
 ) -> None:
+    if family_problem.declared.searches == 1:
+        pytest.skip("one search of many basins: another one may end in another")
     few = slice(4 if family_problem.declared.starts else 12)
     again = solve_tasks(family_problem, family.tasks[few], seed=99)
     both = again.certified & family.certified[few] & again.solvable

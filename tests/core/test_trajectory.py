@@ -9,7 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pkm_gym.core.trajectory import pick_and_place, pick_and_place_durations, polynomial_345
+from pkm_gym.core.trajectory import (
+    pick_and_place,
+    pick_and_place_durations,
+    polynomial_345,
+    ramped,
+)
 
 PATHS = st.builds(
     lambda width, ratio, time, overlap: {
@@ -88,3 +93,18 @@ def test_without_overlap_it_lifts_before_it_crosses() -> None:
     assert place[0, 0] == -0.4
     assert place[1, 0] > -0.4
     np.testing.assert_allclose(place[1:, 1], 0.06)
+
+
+@given(st.floats(1.0, 20.0), st.floats(0.05, 0.5))
+def test_a_ramped_feed_goes_from_rest_to_rest_and_is_steady_between(duration, share):
+    ramp = share * duration
+    times = np.linspace(0.0, duration, 2001)
+    way, speed = ramped(times, duration, ramp)
+    assert way[0] == speed[0] == speed[-1] == 0.0
+    assert way[-1] == pytest.approx(duration - ramp)
+    np.testing.assert_allclose(np.gradient(way, times)[1:-1], speed[1:-1], atol=2e-4)
+    steady = (times >= ramp) & (times <= duration - ramp)
+    np.testing.assert_allclose(speed[steady], 1.0)
+    np.testing.assert_allclose(speed, speed[::-1], atol=1e-12)
+    bend = np.gradient(speed, times)
+    assert abs(bend[[0, -1]]).max() < 0.05 * abs(bend).max()

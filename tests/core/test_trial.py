@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.declaration import Objective
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.trial import trial_attributes, trial_values
+from pkm_gym.core.trial import attribute_name, told_objective, trial_attributes, trial_values
+from pkm_gym.core.units import converted, show
 
 
 class Trial:
@@ -84,7 +86,7 @@ def test_a_trial_gets_its_value_constraints_and_attributes(
     assert list(trial.constraints.values()) == list(evaluation.constraints[0])
     assert trial.attributes == trial_attributes(evaluation, 0)
     assert trial.ranges == {v.name: (v.low, v.high) for v in problem.variables}
-    plain = (float, bool)
+    plain = (float, bool, str)
     assert all(type(v) in plain for v in (*trial.constraints.values(), *trial.attributes.values()))
 
 
@@ -99,5 +101,33 @@ def test_a_trial_is_evaluated_for_the_given_task() -> None:
 def test_attributes_leave_undefined_indices_out(problem: DesignProblem) -> None:
     evaluation = problem.evaluate(np.full((1, len(problem.low)), np.nan))
     attributes = trial_attributes(evaluation, 0)
-    assert set(attributes) == {"feasible", "log_merit"}
+    assert set(attributes) - {"design"} == {"feasible", "log_merit"}
     assert attributes["feasible"] is False
+
+
+def test_attributes_are_named_with_the_units_that_people_read(
+    problem: DesignProblem, design: np.ndarray
+) -> None:
+    evaluation = problem.evaluate(design[None])
+    attributes = trial_attributes(evaluation, 0)
+    for name, values in evaluation.indices.items():
+        value, unit = converted(float(values[0]), problem.unit(name))
+        if np.isfinite(value):
+            assert attributes[f"{name} [{unit}]" if unit else name] == value
+    assert not any("[m]" in name or "[rad]" in name for name in attributes)
+    for v, x in zip(problem.variables, design.tolist(), strict=True):
+        if "design" in attributes:
+            assert f"{v.name} = {show(x, v.unit)}" in attributes["design"]
+        else:
+            assert not v.unit
+
+
+@pytest.mark.parametrize("unit", ["", "N m", "m", "rad"])
+def test_an_objective_is_told_back_in_si(unit: str) -> None:
+    objective = Objective("size", "minimise", unit=unit, worst=9.0)
+    value, read = converted(0.37, unit)
+    assert told_objective({attribute_name("size", unit): value}, objective) == pytest.approx(0.37)
+    assert (f"[{read}]" in attribute_name("size", unit)) == bool(unit)
+    assert np.isnan(told_objective({}, objective))  # type: ignore[arg-type]  # NaN, not None
+    older = told_objective({"size": 0.37}, objective)
+    assert older is None if unit else older == 0.37

@@ -18,6 +18,7 @@ from pkm_gym.__main__ import VERBS, _load
 from .reader import blocks, differences
 
 ROOT = Path(__file__).parents[2]
+SCRIPTS = Path(sys.executable).parent
 READER = Path(__file__).with_name("reader.py")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SLOW = pytest.mark.slow
@@ -55,11 +56,10 @@ def commands() -> Iterator[str]:
 
 @pytest.mark.parametrize(("page", "flags"), [*runs()])
 def test_page_runs_and_prints_what_is_pasted(page, flags, tmp_path):
-    scripts = Path(sys.executable).parent
     environment = {
         **os.environ, "COLUMNS": "80", "MPLBACKEND": "agg", "NO_COLOR": "1",
         "OMP_NUM_THREADS": "1",  # PyTorch's threads wait for each other where cores are busy
-        "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}",
+        "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
     }  # fmt: skip
     done = subprocess.run(
         [sys.executable, READER, page, *flags],
@@ -78,6 +78,50 @@ def test_command_that_a_page_names_is_understood(command):
     if words:  # a verb alone is a mention
         _load(verb).make_context(verb, words)
     assert verb in VERBS
+
+
+METHOD = """
+from pkm_gym.benchmark import method, proposing
+
+@method(evaluations=3)
+def {}(view, training):
+    return proposing(lambda session: session.generator.uniform(view.low, view.high))
+"""
+
+
+def with_own_methods() -> set[str]:
+    """Each command that a page shows with a method of the reader's."""
+    shown = {block.text for page in PAGES for block in blocks(page) if block.language == "sh"}
+    found = {f"pkm-gym {command.strip()}" for text in shown for command in COMMAND.findall(text)}
+    return {command for command in found if re.search(r"--method \w+:", command)}
+
+
+def installed(folder: Path, shell: str) -> subprocess.CompletedProcess[str]:
+    """Run a shell's lines with the installed command, whose path lacks the current folder."""
+    environment = {**os.environ, "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}"}
+    return subprocess.run(
+        ["bash", "-e", "-c", shell],
+        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("command", sorted(with_own_methods()))
+def test_a_command_with_a_method_of_yours_runs_as_it_stands(command, tmp_path):
+    module, name = re.search(r"--method (\w+):(\w+)", command).groups()
+    (tmp_path / f"{module}.py").write_text(METHOD.format(name))
+    done = installed(tmp_path, command)
+    assert done.returncode == 0, done.stderr
+    assert f"{module}:{name}" in done.stdout
+
+
+@SLOW
+def test_a_mechanism_of_yours_is_trained_on_as_the_page_says(tmp_path):
+    page = ROOT / "docs" / "agents.md"
+    (block,) = (block for block in blocks(page) if "pkm-gym new mine" in block.text)
+    done = installed(tmp_path, block.text)
+    assert done.returncode in {0, 1}, done.stderr  # 1: what the agent designs isn't feasible
+    assert (tmp_path / "mine" / "runs" / "agents" / "MineFamily-v0-ppo-0" / "best.json").exists()
+    assert (tmp_path / "mine" / "runs" / "mine" / "design.toml").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from matplotlib.backend_bases import FigureManagerBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from pkm_gym.core.pool import ARRAYS, Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import Solutions, solve_tasks
+from pkm_gym.envs import rendering
 from pkm_gym.envs.design import DesignEnv
 
 
@@ -47,6 +52,29 @@ def other_task() -> Callable[[DesignProblem], dict[str, float]]:
         raise AssertionError(f"{problem.name} has one task only")
 
     return other
+
+
+@pytest.fixture
+def window(monkeypatch):
+    """A toolkit that opens windows without a display: the managers of those that are open."""
+    opened = []
+
+    class Manager(FigureManagerBase):
+        def show(self):
+            opened.append(self)
+
+        def destroy(self):
+            opened.remove(self)
+
+    class Canvas(FigureCanvasAgg):
+        manager_class = Manager
+
+    toolkit = ModuleType("toolkit_of_the_tests")
+    toolkit.FigureCanvas = Canvas
+    monkeypatch.setitem(sys.modules, toolkit.__name__, toolkit)
+    monkeypatch.setattr(rendering, "TOOLKITS", ("no_toolkit", f"module://{toolkit.__name__}"))
+    monkeypatch.setenv("DISPLAY", ":0")
+    return opened
 
 
 @pytest.fixture(scope="session")

@@ -44,6 +44,7 @@ def test_stable_baselines3_accepts_random_starts(shifted):
         sb3_check_env(shifted)
 
 
+@pytest.mark.usefixtures("window")
 @pytest.mark.parametrize("mode", [None, "rgb_array", "human"])
 def test_both_accept_every_way_of_rendering(fixed_id, make, mode):
     env = make(fixed_id, render_mode=mode)

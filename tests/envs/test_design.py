@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 
 import gymnasium as gym
@@ -134,11 +135,32 @@ def test_info_tells_what_the_problem_tells(env_id, make, play):
             assert info["constraints"] == dict(
                 zip(env.problem.constraint_names, evaluation.constraints[0], strict=True)
             )
-            defined = {k: v[0] for k, v in evaluation.indices.items() if np.isfinite(v[0])}
-            assert info["indices"] == defined
+            for name, (value,) in evaluation.indices.items():
+                assert info["defined"][name] is not bool(np.isnan(value))
+                assert info["indices"][name] == (value if info["defined"][name] else np.inf)
             assert info["feasible"] is bool(evaluation.feasible[0])
             assert info["merit"] == pytest.approx(evaluation.merit[0], rel=1e-14)
-            assert set(info["units"]) == set(info["design"]) | set(env.problem.index_names)
+            named = (info["task"], info["design"], info["indices"])
+            assert set(info["units"]) == set().union(*named)
+
+
+def kinds(info) -> dict:
+    return {k: kinds(v) if isinstance(v, dict) else type(v) for k, v in info.items()}
+
+
+def test_info_has_the_same_keys_and_types_from_the_reset_on_and_no_nan(env_id, make, play):
+    env = make(env_id, start="random")
+    _, first = env.reset(seed=0)
+    assert not first["feasible"]
+    assert not any(first["defined"].values())
+    assert first["design"] == first["best_design"] == first["answer"]["design"]
+    undefined = 0
+    for seed in range(10):
+        for *_, info in play(env, seed):
+            assert kinds(info) == kinds(first)
+            assert info == copy.deepcopy(info), "NaN equals nothing"
+            undefined += not all(info["defined"].values())
+    assert undefined or env.problem.evaluate(env.problem.low[None]).defined.all()
 
 
 def test_info_belongs_to_the_caller(fixed_id, make):
@@ -149,7 +171,7 @@ def test_info_belongs_to_the_caller(fixed_id, make):
     info["task"].clear()
     *_, info = env.step(env.action_space.sample())
     after = state(env)
-    for part in ("design", "best_design", "constraints", "indices", "units"):
+    for part in ("task", "design", "best_design", "constraints", "indices", "defined", "units"):
         info[part].clear()
     assert after == state(env)
     assert before != after
@@ -163,17 +185,18 @@ def test_same_seed_gives_the_same_episodes(env_id, make, play):
     assert any((a[0] != b[0]).any() for a, b in zip(one, third, strict=True))
 
 
-def test_pickled_environment_goes_on_where_it_stood(env_id, make):
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copied_environment_goes_on_where_it_stood(env_id, make, copied):
     env = make(env_id, start="random")
     env.reset(seed=2)
     env.step(env.action_space.sample())
-    copy = pickle.loads(pickle.dumps(env))
+    again = copied(env)
     for _ in range(11):
         action = env.action_space.sample()
-        one, other = env.step(action), copy.step(action)
+        one, other = env.step(action), again.step(action)
         np.testing.assert_array_equal(one[0], other[0])
         assert one[1:] == other[1:]
-    np.testing.assert_array_equal(env.reset()[0], copy.reset()[0])
+    np.testing.assert_array_equal(env.reset()[0], again.reset()[0])
 
 
 # Rewards ----------------------------------------------------------------------------------------
@@ -316,7 +339,8 @@ def test_hostile_actions_are_refused_before_anything_changes(env_id, make, hosti
         ({"start": "pool"}, "start='pool' needs solved tasks"),
         ({"family": "yes"}, "family is 'yes'"),
         ({"render_mode": "ansi"}, "unknown render_mode 'ansi'"),
-        ({"objectve": "tau_G"}, "unknown option 'objectve'"),
+        ({"objectve": "tau_G"}, "unknown argument 'objectve'; did you mean 'objective'"),
+        ({"buget": 3}, "unknown argument 'buget'; did you mean 'budget'"),
         ({"pool": "nowhere.npz"}, "'nowhere.npz' does not exist"),
     ],
 )

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
+import gymnasium as gym
 import numpy as np
 import pytest
+
+import pkm_gym
+from pkm_gym.benchmark import SPLITS, Interpolation, load_split
+from pkm_gym.benchmark.splits import split_file
+from pkm_gym.mechanisms import declaration, family_problem
 
 
 def start_of(env, **arguments) -> np.ndarray:
@@ -72,6 +78,84 @@ def test_fixed_id_starts_where_the_pool_says(fixed_id, make, paper_pool, other_t
     np.testing.assert_array_equal(start_of(env), pool.starts[0])
     with pytest.raises(ValueError, match=r"has no stored optimum: it isn't in .*npz"):
         make(fixed_id, start="pool", pool=str(file), task=other_task(env.problem))
+
+
+def test_a_pool_may_be_its_file_itself_or_a_split_by_name(family_id, make, pools):
+    pool, file = pools
+    ways = [{"pool": pool}, {"pool": file}, {"pool": str(file)}]
+    starts = [start_of(make(family_id, start="pool", **way), seed=5) for way in ways]
+    np.testing.assert_array_equal(starts, np.tile(starts[0], (3, 1)))
+
+
+@pytest.mark.parametrize("split", SPLITS)
+def test_a_split_is_found_by_its_name(make, split):
+    env = make("PKM/DiamondFamily-v0", pool=split, reward="regret")
+    _, pool = load_split("diamond", split)
+    for seed in range(5):
+        env.reset(seed=seed)
+        row = np.flatnonzero((pool.tasks == env.session.tasks[0]).all(axis=1))
+        assert pool.solvable[row].all()
+        assert len(row)
+
+
+@pytest.mark.parametrize("name", [n for n in pkm_gym.problems() if declaration(n).splits])
+def test_starts_are_interpolated_between_the_other_optima_of_a_pool(name, make, rng):
+    problem = family_problem(name)
+    if not split_file(problem, "val").exists():
+        pytest.skip("its splits aren't made")
+    env = make(
+        f"PKM/{problem.declared.environment}Family-v0",
+        pool="val", start="interpolated", reward="regret",
+    )  # fmt: skip
+    _, pool = load_split(name, "val")
+    pool = pool.only(pool.solvable)
+    fold = np.arange(len(pool)) % 8
+    start = start_of(env, seed=3)
+    (row,) = np.flatnonzero((pool.tasks == env.session.tasks[0]).all(axis=1))
+    others = Interpolation(problem, pool.only(fold != fold[row]))
+    np.testing.assert_allclose(start, others.designs(pool.tasks[[row]])[0], rtol=1e-6)
+    given = problem.low + 0.4 * (problem.high - problem.low)
+    np.testing.assert_array_equal(start_of(env, options={"design": given}), given)
+    elsewhere = make(env.spec, pool="val", start="interpolated", reward="improvement")
+    task = problem.draw_tasks(1, rng)
+    expected = Interpolation(problem, pool).designs(task)[0]
+    np.testing.assert_allclose(start_of(elsewhere, options={"task": task[0]}), expected, rtol=1e-6)
+
+
+def test_sessions_side_by_side_start_between_the_optima_too(make):
+    arguments = {"pool": "val", "start": "interpolated"}
+    envs = gym.make_vec("PKM/DiamondFamily-v0", num_envs=3, **arguments)
+    one = make("PKM/DiamondFamily-v0", **arguments)
+    envs.reset(seed=4)
+    for i in range(3):
+        np.testing.assert_array_equal(start_of(one, seed=4 + i), envs.session.best.designs[i])
+
+
+def test_the_papers_task_starts_between_the_optima_of_the_family(make):
+    env = make("PKM/Diamond-v0", pool="val", start="interpolated")
+    env.reset(seed=0)
+    *_, info = env.step(np.zeros(3))
+    assert info["merit"] < 1.2
+
+
+def test_a_pool_that_can_t_serve_is_refused_in_one_sentence(family_id, make, pools):
+    pool, _ = pools
+    variable = make(family_id).problem.variables[0]
+    high = 0.5 * (variable.low + variable.high)
+    for arguments, sentence in (
+        (
+            {"pool": dataclasses.replace(pool, hash="0" * 64)},
+            r"the pool .* belongs to another problem",
+        ),
+        ({"pool": dataclasses.replace(pool, starts=pool.starts[:1])}, "the pool .* starts is"),
+        ({"pool": pool, "start": "interpolated"}, r"the pool has \d solvable tasks: interpolation"),
+        ({"start": "interpolated"}, "start='interpolated' needs solved tasks: give pool="),
+        ({"pool": "train", "bounds": {variable.name: (variable.low, high)}}, "'train'|splits"),
+        ({"pool": "trian"}, "'trian' does not exist"),
+    ):
+        with pytest.raises(ValueError, match=sentence) as refusal:
+            make(family_id, **arguments)
+        assert "\n" not in str(refusal.value)
 
 
 def test_pool_leaves_another_start_alone(family_id, make, pools):

@@ -5,15 +5,26 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
+from enum import Enum
 
 import gymnasium as gym
+import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 import pkm_gym
+from pkm_gym.benchmark.splits import load_split, split_path
 from pkm_gym.envs.design import DesignEnv
-from pkm_gym.envs.registration import environment_ids, register_environments, register_problem
+from pkm_gym.envs.registration import (
+    environment_ids,
+    motion_id,
+    register_environments,
+    register_problem,
+)
 from pkm_gym.mechanisms import address, declaration, own_declarations, problem_type
+from pkm_gym.mechanisms.diamond.declared import DiamondTask
 
 OWN = {item.name for item in own_declarations()}
 
@@ -53,10 +64,17 @@ def test_every_id_is_declared_and_every_declared_id_is_there():
     declared = [declaration(name) for name in pkm_gym.problems()]
     assert made == {env_id for item in declared for env_id in environment_ids(item)}
     for item in declared:
-        motion = f"PKM/{item.environment}Motion-v0"
-        assert (motion in made) == (item.motion is not None)
         if item.motion is not None:
-            assert item.motion.items() <= gym.spec(motion).kwargs.items()
+            assert motion_id(item) in made
+            assert item.motion.items() <= gym.spec(motion_id(item)).kwargs.items()
+
+
+def test_a_motion_s_id_names_the_machine_that_moves():
+    driven = gym.spec("PKM/PSS5UPUMotion-v0").kwargs["problem"]
+    assert driven == "pss5_upu_skew"
+    assert declaration("pss5_upu").motion is None
+    assert environment_ids(declaration("pss5_upu")) == ("PKM/PSS5UPU-v0", "PKM/PSS5UPUFamily-v0")
+    assert "PKM/PSS5UPUSkewMotion-v0" not in gym.registry
 
 
 def test_registering_again_changes_nothing_and_says_nothing():
@@ -114,7 +132,26 @@ def test_what_a_family_declares_stands_in_its_id_and_is_looked_up_where_it_does_
             del gym.registry[env_id]
 
 
-def test_spec_survives_json_with_every_kind_of_argument(fixed_id, play, other_task):
+@pytest.mark.parametrize(
+    ("make", "kind", "more"),
+    [
+        (gym.make, "", {"budget", "reward", "start", "pool", "render_mode", "step_decay"}),
+        (gym.make_vec, "", {"num_envs", "autoreset_mode", "infos", "budget", "reward", "pool"}),
+        (gym.make, "Motion", {"design", "speed", "force_limit", "start_offset", "width"}),
+    ],
+)
+def test_an_unknown_argument_is_answered_with_all_that_are_known(make, kind, more, problem):
+    if kind and problem.declared.motion is None:
+        pytest.skip("it has no twin")
+    with pytest.raises(ValueError, match="unknown argument 'zzzzzz'; known: ") as refusal:
+        make(f"PKM/{problem.declared.environment}{kind}-v0", zzzzzz=1)
+    known = set(str(refusal.value).partition("known: ")[2].split(", "))
+    options = {item.name for item in problem.options_type.table()}
+    assert known >= more | options | {"task", "objective", "free", "fixed", "bounds"}
+    assert not known & {"self", "problem", "arguments", "options"}
+
+
+def test_spec_survives_json_with_every_kind_of_plain_argument(fixed_id, play, other_task):
     first = gym.spec(fixed_id).make().unwrapped.problem
     (name, *_, last), design = first.variable_names, first.printed_design()
     env = gym.make(
@@ -133,3 +170,57 @@ def test_spec_survives_json_with_every_kind_of_argument(fixed_id, play, other_ta
     for one, other in zip(play(env, 3), play(again, 3), strict=True):
         assert (one[0] == other[0]).all()
         assert one[1:] == other[1:]
+
+
+PLAIN = [
+    ("PKM/Diamond-v0", {"budget": 3, "step_min": 1e-3, "pool": None, "family": True}),
+    ("PKM/Diamond-v0", {"free": ["gap"], "fixed": {"lam_e": 0.6}, "bounds": {"gap": [0.3, 0.5]}}),
+    ("PKM/Diamond-v0", {"free": ("gap",), "bounds": {"gap": (0.3, 0.5)}, "sampling": (9, 5)}),
+    ("PKM/Diamond-v0", {"task": {"payload": 1.5}, "objective": ["tau_G", "condition"]}),
+    ("PKM/Diamond-v0", {"task": DiamondTask(payload=1.5)}),
+    ("PKM/DiamondFamily-v0", {"pool": "val", "start": "pool", "reward": "regret"}),
+    ("PKM/DiamondMotion-v0", {"design": [0.6, 2.56, 0.41], "speed": 0.5, "task": {"payload": 1.5}}),
+    ("PKM/DiamondMotion-v0", {"design": {"lam_e": 0.6, "lam_l": 2.56, "gap": 0.41}}),
+]
+
+
+@pytest.mark.parametrize(("env_id", "arguments"), PLAIN)
+def test_plain_arguments_survive_json(env_id, arguments):
+    env = gym.make(env_id, **arguments)
+    again = gym.spec(env_id).from_json(env.spec.to_json()).make()
+    one, other = (each.reset(seed=1) for each in (env, again))
+    assert (one[0] == other[0]).all()
+    assert one[1] == other[1]
+    assert env.unwrapped.problem.hash() == again.unwrapped.problem.hash()
+    assert env.unwrapped.problem.task == again.unwrapped.problem.task
+
+
+class Start(Enum):
+    """Where sessions start."""
+
+    CENTRE = "centre"
+
+
+@pytest.mark.parametrize(
+    ("env_id", "arguments"),
+    [
+        ("PKM/DiamondMotion-v0", {"design": np.array([0.6, 2.56, 0.41])}),
+        ("PKM/Diamond-v0", {"bounds": {"gap": np.array([0.3, 0.5])}}),
+        ("PKM/DiamondFamily-v0", {"pool": split_path("diamond", "val")}),
+        ("PKM/DiamondFamily-v0", {"pool": load_split("diamond", "val")[1]}),
+        ("PKM/Diamond-v0", {"free": {"gap"}}),
+    ],
+)
+def test_what_json_doesn_t_hold_makes_an_environment_but_no_json(env_id, arguments):
+    spec = gym.make(env_id, **arguments).spec
+    with pytest.raises(TypeError, match="not JSON serializable"):
+        spec.to_json()
+
+
+def test_an_enum_is_no_name_and_no_json():
+    with pytest.raises(ValueError, match="unknown start"):
+        gym.make("PKM/Diamond-v0", start=Start.CENTRE)
+    for mode, written in ((AutoresetMode.NEXT_STEP, False), ("NextStep", True)):
+        spec = gym.make_vec("PKM/Diamond-v0", autoreset_mode=mode).spec
+        with nullcontext() if written else pytest.raises(TypeError, match="not JSON serializable"):
+            spec.to_json()

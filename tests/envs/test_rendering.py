@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gymnasium as gym
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib import pyplot
-from matplotlib.backends.registry import backend_registry
+from matplotlib.backend_bases import CloseEvent
 
 from pkm_gym import plots
+from pkm_gym.envs import rendering
 
 
 def test_rgb_array_is_the_picture_of_the_design_evaluated_last(env_id, make):
@@ -56,31 +58,54 @@ def test_render_without_a_mode_warns_and_draws_nothing(fixed_id, make):
             assert each.render() is None
 
 
-def test_human_mode_is_quiet_without_a_display(fixed_id, make):
-    env = make(fixed_id, render_mode="human")
-    env.reset(seed=0)
+@pytest.mark.parametrize("toolkits", [rendering.TOOLKITS, ()])
+@pytest.mark.parametrize("display", ["", ":987"])
+@pytest.mark.parametrize("chosen", ["agg", "tkagg", "qtagg"])
+def test_human_mode_says_once_that_there_is_no_display(
+    make, monkeypatch, chosen, display, toolkits
+):
+    monkeypatch.setattr(rendering, "TOOLKITS", toolkits)
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setitem(matplotlib.rcParams, "backend", chosen)  # as others may have chosen it
+    env = make("PKM/Diamond-v0", render_mode="human")
+    with pytest.warns(UserWarning, match="there is no display here, or no toolkit") as said:
+        env.reset(seed=0)
+    assert len(said) == 1
     env.step(env.action_space.sample())
     assert env.render() is None
+    env.close()
+    env.close()
     assert pyplot.get_fignums() == []
-    env.close()
-    env.close()
+    assert matplotlib.rcParams["backend"] == chosen
 
 
-def test_human_mode_shows_each_step_in_one_window(fixed_id, make, monkeypatch):
-    monkeypatch.setattr(backend_registry, "resolve_backend", lambda name: (name, "a toolkit"))
-    shown = []
-    monkeypatch.setattr(pyplot, "pause", lambda _: shown.append(pyplot.gcf().axes[0].images[0]))
+def test_human_mode_shows_each_step_in_one_window(fixed_id, make, window):
     env = make(fixed_id, render_mode="human")
     env.reset(seed=0)
+    (shown,) = window
+    before = shown.canvas.figure.axes[0].images[0].get_array()
     env.step(env.action_space.sample())
-    assert len(pyplot.get_fignums()) == 1
-    picture = shown[-1].get_array()
+    assert window == [shown]
+    picture = shown.canvas.figure.axes[0].images[0].get_array()
+    assert not np.array_equal(picture, before)
     twin = make(fixed_id, render_mode="rgb_array")
     twin.session = env.session
     np.testing.assert_array_equal(picture, twin.render())
-    assert len(shown) == 2
     env.close()
+    assert window == []
     assert pyplot.get_fignums() == []
+
+
+def test_a_window_that_somebody_closes_stays_closed(make, window):
+    env = make("PKM/Diamond-v0", render_mode="human")
+    env.reset(seed=0)
+    (shown,) = window
+    CloseEvent("close_event", shown.canvas)._process()
+    shown.destroy()
+    env.step(env.action_space.sample())
+    assert window == []
+    env.close()
 
 
 @pytest.fixture
@@ -110,7 +135,7 @@ def test_mujoco_draws_the_machine_of_the_design_evaluated_last(
     *_, info = env.step(np.zeros(env.action_space.shape))
     assert env.render().shape == (960, 1280, 3)
     design, task = env.problem.design(info["design"]), env.session.tasks[0]
-    assert photographed == [env.problem.mechanism(design, env.problem.unpack(task))]
+    assert photographed == [env.problem.mechanism(design, env.problem.unpack(task)).real()]
     env.close()
 
 

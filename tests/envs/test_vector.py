@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 
 import gymnasium as gym
@@ -140,6 +141,17 @@ def test_one_call_evaluates_all_sessions(env_id, monkeypatch):
     assert calls == [N] * 12
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda envs: pickle.loads(pickle.dumps(envs))])
+def test_a_copy_goes_on_with_the_sessions(env_id, copied):
+    envs = gym.make_vec(env_id, num_envs=2, start="random")
+    envs.reset(seed=0)
+    envs.step(envs.action_space.sample())
+    other = copied(envs)
+    for _ in range(14):
+        actions = envs.action_space.sample()
+        assert_same(envs.step(actions), other.step(actions))
+
+
 def test_what_is_returned_belongs_to_the_caller(env_id):
     envs = gym.make_vec(env_id, num_envs=2, start="random")
     twin = gym.make_vec(env_id, num_envs=2, start="random")
@@ -194,6 +206,8 @@ def test_hostile_actions_are_refused_before_anything_changes(env_id):
         ({"autoreset_mode": "samestep"}, "did you mean 'SameStep'"),
         ({"render_mode": "human"}, "unknown render_mode 'human'"),
         ({"budget": 0}, "budget is 0"),
+        ({"num_env": 2}, "unknown argument 'num_env'; did you mean 'num_envs'"),
+        ({"start_": "pool"}, "unknown argument 'start_'; did you mean 'start'"),
     ],
 )
 def test_bad_arguments_are_refused(fixed_id, arguments, sentence):

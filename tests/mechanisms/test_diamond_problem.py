@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,12 @@ import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Reference, Value
 from pkm_gym.core.solve import Solutions, solve_tasks
+from pkm_gym.mechanisms.diamond import figures as diamond_figures
+from pkm_gym.mechanisms.diamond.findings import INTERVALS
+from pkm_gym.mechanisms.diamond.problem import SCAN
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
+PAGE = (Path(__file__).parents[2] / "docs" / "mechanisms" / "diamond.md").read_text()
 OPTIMA = list(REFERENCE.optima.values())
 
 
@@ -38,7 +44,90 @@ def problem_of(optimum: Optimum) -> DesignProblem:
 
 
 def test_every_kind_of_value_is_checked_here() -> None:
-    assert {value.kind for value in REFERENCE.values.values()} == {"index", "dimension", "optimum"}
+    kinds = {value.kind for value in REFERENCE.values.values()}
+    assert kinds == {"index", "dimension", "optimum", *INPUTS}
+
+
+def task_numbers(problem: DesignProblem) -> dict[str, float]:
+    task: Any = problem.task
+    return {**vars_of(task), "h": task.h_ratio * task.b}
+
+
+def vars_of(task: Any) -> dict[str, float]:
+    return {name: getattr(task, name) for name in task.names()}
+
+
+def family_numbers(problem: DesignProblem) -> dict[str, float]:
+    ranges = {field.name: field for field in problem.task_variables}
+    low, high = (getattr(ranges["h_ratio"], end) for end in ("low", "high"))
+    return {"h_ratio_low": low, "h_ratio_high": high}
+
+
+def scan_numbers(problem: DesignProblem) -> dict[str, float]:
+    """What the figures draw."""
+    del problem
+    drawn = {"fig5_6": SCAN.fig5_6}
+    rows = {"fig7": diamond_figures.PRINTED}
+    rows |= {name: getattr(SCAN, name) for name in ("fig4", "b_l", "b_u")}
+    return drawn | {f"{k}_{i}": x for k, row in rows.items() for i, x in enumerate(row, 1)}
+
+
+def interval_numbers(problem: DesignProblem) -> dict[str, float]:
+    wide = pkm_gym.make_problem(problem.name, fixed={"lam_e": SCAN.lam_e[-1]})
+    rows = [wide.pack({"sigma_low": a, "sigma_high": b}) for a, b in INTERVALS]
+    (at,) = np.flatnonzero(solve_tasks(wide, np.array(rows)).solvable)
+    return dict(zip(("interval_low", "interval_high"), INTERVALS[at], strict=True))
+
+
+def machine_numbers(problem: DesignProblem) -> dict[str, float]:
+    machine: Any = problem.mechanism(problem.printed_design())
+    return {"I_A": machine.I_A, "m": machine.m}
+
+
+INPUTS = {
+    "design": lambda problem: problem.named(problem.printed_design()),
+    "task": task_numbers,
+    "family": family_numbers,
+    "inertia": lambda problem: REFERENCE.data["inertia"][problem.options.inertia],
+    "scan": scan_numbers,
+    "interval": interval_numbers,
+    "machine": machine_numbers,
+}
+
+
+@pytest.mark.parametrize("kind", INPUTS)
+def test_numbers_are_what_the_reference_says(diamond: DesignProblem, kind: str) -> None:
+    ours = INPUTS[kind](diamond)
+    for value in valued(kind):
+        assert ours[value.name] == pytest.approx(value.ours, rel=value.tolerance), value.name
+
+
+@pytest.mark.parametrize(
+    ("I_A", "m", "tau_G"),
+    [
+        (0.0420, 0.795572, 0.3914),  # at the printed mass
+        (0.0450, 0.751, 0.3914),  # if the optimum is to lie there too
+        (0.02936850 + 0.2 * 0.25**2, 0.795572, 0.3911),  # m_d = 0.62
+        (0.0450323, 0.752436, 0.3922),  # half the rod shares, 4/3 for the arm
+    ],
+)
+def test_what_the_printed_torque_would_need(
+    diamond: DesignProblem, I_A: float, m: float, tau_G: float
+) -> None:
+    machine = replace(diamond.mechanism(diamond.printed_design()), I_A=I_A, m=m)
+    found = machine.local_indices(machine.workspace_grid(401, 41))["tau"].max()
+    assert found == pytest.approx(tau_G, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("preset", "tau_G"), [("printed", 0.34440), ("uniform-arm", 0.35487), ("static", 0.36001)]
+)
+def test_torque_index_of_each_preset(preset: str, tau_G: float) -> None:
+    problem = pkm_gym.make_problem("diamond", inertia=preset)
+    found = problem.evaluate(problem.printed_design()[None]).indices["tau_G"][0]
+    assert found == pytest.approx(tau_G, abs=5e-6)
+    shown = f"| {tau_G:.5f} |"
+    assert any(f"`{preset}`" in line and shown in line for line in PAGE.splitlines())
 
 
 @pytest.mark.parametrize("value", valued("index"), ids=named)
@@ -123,12 +212,14 @@ def test_stored_optima_are_feasible_to_the_last_digit(optimum: Optimum) -> None:
 def test_no_independent_optimiser_finds_a_better_design(optimum: Optimum) -> None:
     problem = problem_of(optimum)
     task: Any = problem.task
+    minimised = problem.objectives[0].direction == "minimise"
 
     def penalised(columns: np.ndarray) -> np.ndarray:
         indices = problem.evaluate(columns.T).indices
         over = np.maximum(indices["sigma_max"] - task.sigma_high, 0.0)
         under = np.maximum(task.sigma_low - indices["sigma_min"], 0.0)
-        value = indices[optimum.objective] * (1.0 + 20.0 * (over + under))
+        value = indices[optimum.objective]
+        value = (value if minimised else 1.0 / value) * (1.0 + 20.0 * (over + under))
         folded = (indices["alpha_min"] < 0.0) | np.isnan(value)
         return np.where(folded, 1e6, value)
 
@@ -138,7 +229,8 @@ def test_no_independent_optimiser_finds_a_better_design(optimum: Optimum) -> Non
         popsize=30, maxiter=400, tol=0.0, atol=1e-12, polish=False, vectorized=True,
         updating="deferred", rng=1,
     )  # fmt: skip
-    assert found.fun == pytest.approx(optimum.value, rel=1e-5)
+    best = optimum.value if minimised else 1.0 / optimum.value
+    assert found.fun == pytest.approx(best, rel=1e-5)
 
 
 def test_a_fine_sample_confirms_the_optimum() -> None:
@@ -150,7 +242,7 @@ def test_a_fine_sample_confirms_the_optimum() -> None:
 
 
 def test_the_wide_spacing_is_feasible_in_one_interval_only() -> None:
-    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": REFERENCE.data["scan"]["lam_e"][-1]})
+    problem = pkm_gym.make_problem("diamond", fixed={"lam_e": SCAN.lam_e[-1]})
     lows = np.array([0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     tasks = np.stack([problem.pack({"sigma_low": low, "sigma_high": low + 0.9}) for low in lows])
     solutions = solve_tasks(problem, tasks)
@@ -190,7 +282,7 @@ def test_the_grid_has_steps_of_a_fiftieth_in_both_ratios(diamond: DesignProblem)
     grid = diamond.grid()
     assert grid is not None
     lam_e, lam_l, gap = (np.unique(column) for column in grid.T)
-    np.testing.assert_allclose(lam_e, REFERENCE.data["scan"]["lam_e"])
+    np.testing.assert_allclose(lam_e, SCAN.lam_e)
     np.testing.assert_allclose(np.diff(lam_l), 0.02)
     np.testing.assert_allclose(np.diff(gap), 0.02)
     assert len(grid) == len(lam_e) * len(lam_l) * len(gap)

@@ -9,6 +9,10 @@ import pkm_gym
 from pkm_gym import plots
 from pkm_gym.core.trajectory import duration_345
 from pkm_gym.mechanisms.diamond import figures as diamond
+from pkm_gym.mechanisms.spr3 import twin
+from pkm_gym.mechanisms.spr3.claims import driven
+from pkm_gym.mechanisms.spr3.path import motion
+from pkm_gym.mechanisms.spr3.workspace import border_curves
 from pkm_gym.mechanisms.stroke_leg.figures.motion import travel
 from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 from pkm_gym.studies.verbs.figures import figures_of
@@ -44,7 +48,7 @@ def test_each_figure_is_drawn(mechanism, name):
 
 def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     optima = model.reference.optima
-    monkeypatch.setattr(diamond, "SCAN", np.array([0.3, 0.6, 0.7]))
+    monkeypatch.setattr(diamond, "SCAN", np.array([0.2, 0.6, 0.7]))
     printed = diamond.intervals(model).axes[0]
     curves = {line.get_label(): line.get_ydata() for line in printed.lines}
     assert list(np.isfinite(curves["[0.6, 1.5]"])) == [True, True, False]
@@ -57,6 +61,25 @@ def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     lower = [line for line in printed.lines if line.get_marker() == "v" and len(line.get_xdata())]
     assert len(upper) == 6
     assert lower == []
+    rings = [line.get_xdata() for line in printed.lines if line.get_marker() == "o"]
+    cut = np.concatenate(rings)
+    assert len(cut) == 4  # the search box cuts the curves at their left end
+    assert set(cut) == {0.2}
+
+
+def test_the_region_is_drawn_for_any_design(model):
+    figure = diamond.region(model, np.array([0.3, 1.6, 0.65]))
+    axes = figure.axes[0]
+    words = {text.get_text() for text in axes.texts}
+    assert {"$P_1$", "$P_2$", "$Q_1$", "$Q_2$", "$B_1'$", "$B_2''$"} <= words
+    assert "1.25" in figure.texts[1].get_text()
+    for design, said in (
+        ([0.3, 1.6], "design"),
+        ([0.6, 2.56, -0.3], "top edge comes .* too near to a drive"),
+        ([0.6, 1.2, 1.5], "beyond the limb"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            diamond.region(model, np.array(design))
 
 
 def test_the_wedge_marks_the_printed_design_and_the_apex(model):
@@ -91,7 +114,7 @@ def curves(axes):
 
 
 def test_the_legs_stay_in_range_along_the_largest_path(spr3):
-    figure = pictures_of("spr3")["fig3_lengths"].draw(spr3)
+    figure = pictures_of("spr3")["path_lengths"].draw(spr3)
     machine = spr3.mechanism(spr3.printed_design())
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert [title.split("= ")[1] for title in titles] == [
@@ -112,8 +135,8 @@ def test_the_legs_stay_in_range_along_the_largest_path(spr3):
 
 
 def test_the_rates_are_the_slopes_of_the_lengths(spr3):
-    lengths = pictures_of("spr3")["fig3_lengths"].draw(spr3).axes
-    rates = pictures_of("spr3")["fig4_rates"].draw(spr3).axes
+    lengths = pictures_of("spr3")["path_lengths"].draw(spr3).axes
+    rates = pictures_of("spr3")["path_rates"].draw(spr3).axes
     for one, other in zip(lengths, rates, strict=True):
         time, values = curves(one)
         slopes = np.gradient(values, time, axis=0)[1:-1]
@@ -135,8 +158,8 @@ def test_the_atlas_marks_the_printed_design_and_the_optimum(spr3):
 
 
 def test_the_surface_and_its_sections_have_the_extent_of_the_workspace(spr3):
-    surface = pictures_of("spr3")["fig5_workspace"].draw(spr3)
-    sections = pictures_of("spr3")["fig6_sections"].draw(spr3)
+    surface = pictures_of("spr3")["fig6_envelope"].draw(spr3)
+    sections = pictures_of("spr3")["sections"].draw(spr3)
     machine = spr3.mechanism(spr3.printed_design())
     low, high = (1e3 * end for end in (machine.workspace().min(0), machine.workspace().max(0)))
     for axes in surface.axes:
@@ -146,6 +169,59 @@ def test_the_surface_and_its_sections_have_the_extent_of_the_workspace(spr3):
     points = np.concatenate([path.vertices for path in upright.get_paths()])
     np.testing.assert_allclose(points.min(axis=0), low, atol=0.2)
     np.testing.assert_allclose(points.max(axis=0), high, atol=0.2)
+
+
+def test_the_path_is_drawn_as_printed_and_as_it_fits(spr3):
+    plane = pictures_of("spr3")["fig2_path"].draw(spr3).axes[0]
+    drawn = {line.get_label(): line.get_xydata() for line in plane.lines}
+    R, h = (1e3 * spr3.reference[name].printed for name in ("path_R", "path_h"))
+    for name, shape in (("printed", (2.0 * R, h)), ("largest that fits", (262.2085, 131.1042 / 2))):
+        assert np.ptp(drawn[name], axis=0) == pytest.approx(shape, rel=1e-5)
+    assert [text.get_text() for text in plane.texts] == [f"$P_{k}$" for k in (1, 2, 3, 4)]
+
+
+def test_simulated_legs_and_platform_are_drawn_on_the_theory(spr3):
+    run = driven(spr3.mechanism(spr3.printed_design()))
+    plane = pictures_of("spr3")["fig3_trajectory"].draw(spr3).axes[0]
+    (theory, simulation) = (line.get_xydata() for line in plane.lines)
+    np.testing.assert_allclose(simulation, 1e3 * run.positions[::5, [0, 2]])
+    across = simulation[np.abs(simulation[:, 0]) < 0.99 * np.abs(theory[:, 0]).max()]
+    np.testing.assert_allclose(across[:, 1], theory[:, 1].min(), atol=0.005)
+    axes = pictures_of("spr3")["fig4_speeds"].draw(spr3).axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    for leg in (1, 2, 3):
+        theory, simulation = (lines[f"leg {leg}, {kind}"] for kind in ("theory", "simulation"))
+        expected = np.interp(simulation.get_xdata(), *theory.get_xydata().T)
+        np.testing.assert_allclose(simulation.get_ydata(), expected, atol=1e-3)
+
+
+def test_the_limbs_turn_as_the_jacobians_say_along_the_path(spr3):
+    machine = spr3.mechanism(spr3.printed_design())
+    path, speed, acceleration = twin.planned_path(machine)
+    moved = motion(machine, path, speed, acceleration)
+    pose = machine.pose_at(moved.positions)
+    omega = np.einsum("nkij,nj->nki", machine.limb_jacobians(pose), moved.velocities)
+    squares = (omega**2).sum(axis=-1)
+    np.testing.assert_allclose(moved.swings**2 + moved.spins**2, squares, atol=1e-16)
+    for name, values in (("limb_swings", moved.swings), ("limb_spins", moved.spins)):
+        shown = curves(pictures_of("spr3")[name].draw(spr3).axes[0])[1]
+        np.testing.assert_allclose(shown, np.degrees(values), atol=1e-3)
+
+
+def test_border_curves_have_a_leg_at_an_end_and_one_that_runs(spr3):
+    machine = spr3.mechanism(spr3.printed_design())
+    curves = border_curves(machine, 0.025)
+    assert curves.shape == (6, 11, 51, 3)
+    legs = machine.leg_lengths(machine.pose_at(curves))
+    for family, (held, stepped, running) in enumerate(
+        ((0, 1, 2), (0, 1, 2), (1, 0, 2), (1, 0, 2), (2, 1, 0), (2, 1, 0))
+    ):
+        end = (machine.q_min, machine.q_max)[family % 2]
+        np.testing.assert_allclose(legs[family, ..., held], end, rtol=1e-12)
+        np.testing.assert_allclose(np.diff(legs[family, :, 0, stepped]), 0.025, rtol=1e-9)
+        np.testing.assert_allclose(np.diff(legs[family, ..., running], axis=-1), 0.005, rtol=1e-9)
+    drawn = pictures_of("spr3")["fig5_borders"].draw(spr3).axes[0]
+    assert [len(lines._segments3d) for lines in drawn.collections] == 6 * [11]
 
 
 def test_the_leg_reads_its_peak_speeds_and_the_extent_of_its_crown():

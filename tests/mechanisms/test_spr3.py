@@ -516,7 +516,7 @@ def area(polygon: np.ndarray) -> float:
     return 0.5 * abs((x * next_z - next_x * z).sum())
 
 
-# The paper's path ---------------------------------------------------------------------------------
+# The path of Fig. 2 -------------------------------------------------------------------------------
 
 
 def test_the_printed_path_needs_longer_and_shorter_legs(printed: Spr3) -> None:
@@ -560,20 +560,15 @@ def test_leg_rates_along_the_largest_path(printed: Spr3, gamma: float, peaks: tu
     np.testing.assert_allclose(moved.positions[[0, -1]], path.corners[[0, -1]], atol=1e-15)
 
 
-def test_the_printed_limits_of_speed_and_acceleration_do_not_belong_together() -> None:
-    speed, acceleration = REFERENCE["speed"].printed, REFERENCE["acceleration"]
-    S = REFERENCE["path_h"].printed
-    T = REFERENCE["peak_speed"].ours * S / speed
-    needed = REFERENCE["peak_acceleration"].ours * S / T**2
-    assert needed == pytest.approx(acceleration.ours, rel=1e-5)
-    assert needed < 1e-3 * acceleration.printed
-
-
-def test_revolute_axes_at_the_printed_azimuths() -> None:
+def test_revolute_axes_and_joints_at_the_printed_azimuths() -> None:
     for i in range(3):
-        theta = REFERENCE[f"theta_{i + 1}"].printed
+        phi, theta = (REFERENCE[f"{name}_{i + 1}"].printed for name in ("phi", "theta"))
+        assert phi is not None and theta is not None  # noqa: PT018 (both are printed)
         axis = np.array([np.cos(theta), np.sin(theta), 0.0])
         assert abs(axis @ TANGENTIAL[i]) == pytest.approx(1.0, rel=1e-12)
+        assert np.linalg.norm(axis) == pytest.approx(REFERENCE["c_length"].printed, rel=1e-12)
+        np.testing.assert_allclose(RADIAL[i], [np.cos(phi), np.sin(phi), 0.0], atol=1e-15)
+        assert (kinematics.COS[i], kinematics.SIN[i]) == pytest.approx(tuple(RADIAL[i, :2]))
 
 
 def test_a_machine_that_reaches_nothing_is_still_drawn() -> None:

@@ -150,7 +150,7 @@ def named(item: Any) -> str:
 
 def test_every_kind_of_value_is_checked() -> None:
     kinds = {value.kind for value in PAPER.values.values()}
-    assert kinds == {"dimension", "index", "formula", "path"}
+    assert kinds == {"dimension", "index", "azimuth", "axis", "law", "plan", "path"}
     assert {value.kind for value in CYLINDER.values.values()} == {"index"}
 
 
@@ -170,11 +170,11 @@ def test_dimensions_of_the_printed_design(spr3: DesignProblem, value: Value) -> 
 
 @pytest.mark.parametrize(
     "value",
-    [v for v in (*PAPER.values.values(), *CYLINDER.values.values()) if v.printed],
+    [v for v in (*PAPER.values.values(), *CYLINDER.values.values()) if v.printed is not None],
     ids=named,
 )
 def test_a_verdict_says_whether_the_printed_number_comes_out(value: Value) -> None:
-    within = value.ours == pytest.approx(value.printed, rel=value.tolerance)
+    within = value.ours == pytest.approx(value.printed, rel=value.tolerance, abs=1e-12)
     assert within == value.verdict.startswith("reproduced")
 
 
@@ -217,18 +217,56 @@ def test_the_mean_of_the_printed_design_converges_to_ours(spr3: DesignProblem) -
     assert abs(errors[1]) < 1e-5
 
 
-@pytest.mark.parametrize(("nodes", "error"), [(3, 5e-4), (4, 2e-4)])
-def test_sampling_errors_are_as_documented(spr3: DesignProblem, nodes: int, error: float) -> None:
-    rng = np.random.default_rng(6)
-    designs = spr3.low + (spr3.high - spr3.low) * rng.random((1500, 2))
-    tasks = np.repeat(spr3.pack(None)[None], 1500, axis=0)
-    tasks[:, 0] = rng.uniform(0.12, 0.28, 1500)
-    finer = pkm_gym.make_problem("spr3", nodes=12).evaluate(designs, tasks).indices
-    usable = (finer["lci_min"] > 0.2) & (finer["s_angle"] < 1.0)
-    assert usable.sum() > 700
-    found = pkm_gym.make_problem("spr3", nodes=nodes).evaluate(designs, tasks).indices
-    assert np.abs(found["gci"] - finer["gci"])[usable].max() < error
-    assert np.abs(found["volume"] / finer["volume"] - 1.0)[usable].max() < error
+# r1, r3, lam of the worst design that a search finds with LCI >= 0.2 and S joints up to 66 deg, lam
+# from 0.12 to 0.28, by Jacobian, nodes and index, and what the page states of all of these.
+WORST = {
+    ("velocity", 3, "gci"): ((0.5719, 1.1185, 0.2773), 5e-4),
+    ("velocity", 4, "gci"): ((0.6297, 1.1, 0.2763), 1.3e-4),
+    ("velocity", 3, "volume"): ((0.7059, 1.4608, 0.2774), 1e-4),
+    ("points", 3, "gci"): ((0.7832, 1.4083, 0.2593), 1.3e-3),
+    ("tilt-D", 3, "gci"): ((0.1778, 1.6048, 0.2464), 1.3e-3),
+    ("tilt-D", 4, "gci"): ((0.1523, 1.5702, 0.2149), 5e-4),
+}
+BEYOND = {  # S joints beyond 66 deg
+    ("velocity", 3, "gci"): ((0.4367, 1.2247, 0.2475), 7e-4),
+    ("velocity", 3, "volume"): ((0.2586, 1.3383, 0.1319), 6e-4),
+}
+
+
+def sampling_errors(
+    rows: np.ndarray, jacobian: str, nodes: int, index: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (n,) of an index at rows r1, r3, lam (n, 3), and the S joints' largest angles, rad.
+
+    NaN where the LCI of the velocity of O_A falls below 0.2.
+    """
+    coarse, fine = (pkm_gym.make_problem("spr3", jacobian=jacobian, nodes=n) for n in (nodes, 12))
+    tasks = np.repeat(coarse.pack(None)[None], len(rows), axis=0)
+    tasks[:, 0] = rows[:, 2]
+    found, finer = (p.evaluate(rows[:, :2], tasks).indices for p in (coarse, fine))
+    usable = pkm_gym.make_problem("spr3").evaluate(rows[:, :2], tasks).indices["lci_min"] >= 0.2
+    error = np.abs(found[index] - finer[index]) / (finer[index] if index == "volume" else 1.0)
+    return np.where(usable, error, np.nan), finer["s_angle"]
+
+
+@pytest.mark.parametrize("case", WORST, ids=str)
+def test_sampling_errors_are_as_documented(spr3: DesignProblem, case: tuple[str, int, str]) -> None:
+    worst, bound = WORST[case]
+    low, high = [*spr3.low, 0.12], [*spr3.high, 0.28]
+    rows = np.random.default_rng(6).uniform(low, high, (1200, 3))
+    errors, angles = sampling_errors(np.concatenate([[worst], rows]), *case)
+    errors = errors[angles < 1.15]
+    assert np.isfinite(errors).sum() > 700
+    assert np.nanmax(errors) < bound
+    assert errors[0] > 0.5 * bound
+
+
+@pytest.mark.parametrize("case", BEYOND, ids=str)
+def test_sampling_errors_are_greater_where_s_joints_lean_more(case: tuple[str, int, str]) -> None:
+    worst, bound = BEYOND[case]
+    (error,), (angle,) = sampling_errors(np.array([worst]), *case)
+    assert 0.5 * bound < error < bound
+    assert angle > 1.15
 
 
 def test_extremes_over_the_joint_box_lie_where_they_are_looked_for(spr3: DesignProblem) -> None:
@@ -477,6 +515,25 @@ def test_indices_over_a_cylinder_agree_with_the_limbs_closure(cylinder: DesignPr
         ], axis=-1)  # fmt: skip
         J = model.jacobian(model.of_positions(nodes))
         assert found["gci"] == pytest.approx((parts * conditioning(J)).sum(), abs=2e-3)
+
+
+def test_sampling_errors_over_the_cylinder_are_as_documented(cylinder: DesignProblem) -> None:
+    worst = (0.45742, 0.68872, 0.52670, 0.10556, 0.07135)  # that a search finds
+    low, high = [*cylinder.low, 0.10, 0.04], [*cylinder.high, 0.15, 0.08]
+    rows = np.concatenate([[worst], np.random.default_rng(7).uniform(low, high, (1000, 5))])
+    tasks = np.repeat(cylinder.pack(None)[None], len(rows), axis=0)
+    tasks[:, :2] = rows[:, 3:]  # radius and height
+    found, finer = (
+        pkm_gym.make_problem("spr3_cylinder", nodes=n).evaluate(rows[:, :3], tasks).indices
+        for n in (3, 12)
+    )
+    usable = (finer["s_angle"] < 0.95) & (finer["stroke_ratio"] < 1.75)
+    errors = np.abs(found["gci"] - finer["gci"])
+    assert usable.sum() > 600
+    assert usable[0]
+    assert 4e-4 < errors[0] < 8e-4
+    assert errors[usable].max() < 8e-4
+    assert np.median(errors[usable]) < 3e-8
 
 
 def test_the_optimum_over_the_cylinder_is_the_vertex_of_three_limits(

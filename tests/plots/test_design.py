@@ -241,9 +241,23 @@ def test_index_maps_show_all_or_the_one_named(problem, designs, kind):
     machine = problem.mechanism(designs[kind])
     maps = problem.drawn_maps(machine, machine.sample_poses())
     assert len(figure.axes) == len(maps)
+    titles = [axes.get_title(loc="left") or axes.get_title() for axes in figure.axes]
+    assert [title.lower() for title in titles] == [one.doc.lower() for one in maps.values()]
     one = plots.index_map_figure(problem, designs[kind], index=list(maps)[-1])
     assert len(one.axes) == 1
     assert plots.figure_to_array(one).std() > 10
+
+
+def test_a_map_s_title_says_what_is_drawn_at_a_pose(problem):
+    """Never the design's extreme or mean over the workspace."""
+    machine = problem.mechanism(problem.printed_design())
+    docs = {index.name: index.doc for index in problem.index_table}
+    for name, one in problem.drawn_maps(machine, machine.sample_poses()).items():
+        assert one.doc, name
+        assert "worst" not in one.doc
+        assert "mean" not in one.doc
+        if one.kind != "mean" and name not in ("force", "thrust", "rate", "tau_G"):
+            assert one.doc != docs[name]
 
 
 def test_the_map_shows_the_local_indices(problem, design):
@@ -271,6 +285,8 @@ def test_a_pole_does_not_wash_out_the_colours(problem, designs):
     known = index.values[np.isfinite(index.values)]
     if not len(known) or known.max() <= 3.0 * np.median(known):
         pytest.skip("its first index has no pole")
+    if known.min() <= 1e-6 * np.median(known):
+        pytest.skip("its first index is 0 somewhere, which stretches the colours")
     values, _ = plots.shown(index.values, index.unit)
     axes = plots.design_figure(problem, designs["unreachable"]).axes[1]
     bands = max(axes.collections, key=lambda c: len(getattr(c, "levels", ())))

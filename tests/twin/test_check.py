@@ -72,7 +72,9 @@ def test_a_dimension_that_is_off_is_found_out(machine, monkeypatch):
     joints = machine.inverse_kinematics(poses)
     module = twin_module(machine)
     build, told = module.build, set()
-    for name in (field.name for field in fields(machine)):
+    for name, high in ((field.name, field.metadata["high"]) for field in fields(machine)):
+        if not 1.001 * getattr(machine, name) < high:
+            continue  # a switch that is on
         other = replace(machine, **{name: 1.001 * getattr(machine, name)})
         moved = other.inverse_kinematics(poses) - joints
         if np.nanmax(np.abs(moved), initial=0.0) <= 1e-6:

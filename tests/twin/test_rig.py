@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import mujoco
 import numpy as np
 import pytest
@@ -87,10 +90,15 @@ def test_bearing_forces_at_rest_are_the_exact_drive_forces(rig):
     np.testing.assert_allclose(borne, rig.twin.drive_forces(still, still), atol=1e-6)
 
 
-def test_it_can_be_put_on_its_path_in_motion(rig):
-    rig.reset(rig.path.poses[100], rig.path.velocities[100])
-    np.testing.assert_allclose(rig.state.position, rig.path.positions[100], atol=2e-6)
-    np.testing.assert_allclose(rig.state.velocity, rig.path.velocities[100], atol=1e-9)
+def test_it_can_be_put_on_its_path_in_motion(rig, machine):
+    module = rig.twin.module
+    course = module.course(machine, 41)
+    pose, twist = course.poses[9], course.twists[9]
+    rig.reset(pose, twist)
+    expected = rig.twin.position_of(module.frames(machine, pose[None]))[0]
+    np.testing.assert_allclose(rig.state.position, expected, atol=2e-6)
+    np.testing.assert_allclose(rig.state.velocity, twist, atol=1e-9)
+    assert np.abs(twist).max() > 1e-3
     assert rig.state.gap < 1e-9
     rig.reset()
     np.testing.assert_allclose(rig.state.pose, rig.path.poses[0], atol=1e-12)
@@ -181,6 +189,20 @@ def test_what_was_saved_is_gone_on_from_to_the_bit(rig):
     rig.drive(forces)
     for one, other in zip(ahead, rig.state, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda rig: pickle.loads(pickle.dumps(rig))])
+def test_a_copy_goes_on_to_the_bit_by_itself(rig, copied):
+    for _ in range(5):
+        rig.drive(rig.twin.bearing_forces())
+    other, forces = copied(rig), 1.5 * rig.twin.bearing_forces()
+    assert other.twin.model is other.twin.data.model is not rig.twin.model
+    for _ in range(3):
+        rig.drive(forces)
+    for _ in range(3):
+        other.drive(forces)
+    for one, two in zip(rig.state, other.state, strict=True):
+        np.testing.assert_array_equal(one, two)
 
 
 def test_a_simulation_that_breaks_down_keeps_the_state_before(rig):

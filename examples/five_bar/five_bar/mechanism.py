@@ -22,7 +22,11 @@ class FiveBar(PlanarMachine):
         conditioning = 1.0 / maps["condition"].values
         rate = 1.0 / (self.l1 * local["sin_beta"])
         return {
-            "gci": IndexMap("conditioning", "", "mean", conditioning),
-            "rate": IndexMap("rate", "1/m", "max", rate),
+            "gci": IndexMap(
+                "conditioning", "", "mean", conditioning, doc="1 / condition number of J"
+            ),
+            "rate": IndexMap(
+                "rate", "1/m", "max", rate, doc="larger arm rate (rad/s) at a tool's speed of 1 m/s"
+            ),
             **maps,
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
@@ -52,15 +51,31 @@ class DiamondTask(Task):
     overlap: float = quantity(0.5, "", "overlap of lift and traverse", legal=(0.0, 0.95))
 
 
-def _presets() -> Iterable[str]:
-    return Reference.load("pkm_gym.mechanisms.diamond").data["inertia"]
+@dataclass(frozen=True)
+class Inertia:
+    """A preset of paper.toml: its numbers are named as dynamics.py names them."""
+
+    doc: str
+    motor: float
+    mu1: float
+    mu2: float
+    m_d: float
+    m_p: float
+    arm: float
+    rod_elbow: float
+    rod_platform: float
+
+
+def presets() -> dict[str, Inertia]:
+    """Return the inertia presets by name."""
+    return Reference.load("pkm_gym.mechanisms.diamond").table("inertia", dict[str, Inertia])
 
 
 @dataclass(frozen=True)
 class DiamondOptions(Options):
     """Options of the Diamond."""
 
-    inertia: str = option("printed", "preset of paper.toml", choices=_presets)
+    inertia: str = option("printed", "preset of paper.toml", choices=presets)
     sampling: tuple[int, int] = option(
         (32, 9), "columns and rows on the right half of the workspace", low=2, high=10_000
     )
@@ -126,9 +141,12 @@ DIAMOND = Declaration(
         Objective("tau_peak", "minimise", worst=1e5),
         Objective("tau_rms", "minimise", worst=1e5),
         Objective("condition", "minimise", worst=20.0),
+        Objective("sigma_min", "maximise", worst=0.05),
+        Objective("sigma_max", "minimise", worst=5.0),
     ),
     penalty_weight=5.0,
     dimensions=("lam_H", "e", "l1", "l2", "H"),
+    products={"h": ("h_ratio", "b")},
     motion={},
 )
 

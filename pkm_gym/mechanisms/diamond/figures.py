@@ -1,4 +1,4 @@
-"""The Diamond's figures: Figs 4-8 of the paper with our model, the machine, the cycle's torque."""
+"""The Diamond's figures: Figs 3-8 of the paper with our model, the machine, our cycle's torque."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import numpy as np
 
 from pkm_gym import plots
 from pkm_gym.core.solve import Solutions, solve_tasks
-from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.mechanisms import make_problem
+from pkm_gym.mechanisms.diamond.cycle import driven
+from pkm_gym.mechanisms.diamond.findings import INTERVALS, WINDOW
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.problem import SCAN, cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.region import Region, reachable_region
 from pkm_gym.plots.pictures import Picture, machine_pictures
 
 if TYPE_CHECKING:
@@ -19,15 +21,41 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from numpy.typing import ArrayLike
 
     from pkm_gym.core.problem import DesignProblem
     from pkm_gym.core.types import FloatArray
 
 WIDTH = 7.2  # inches, a page's two columns
-WINDOW = (("lam_l", 1.2, 2.8), ("lam_H", 0.6, 2.4))  # of Figs 4-6
-INTERVALS = tuple((round(0.4 + 0.1 * k, 1), round(1.3 + 0.1 * k, 1)) for k in range(6))
-SCAN = np.round(np.arange(0.2, 0.7501, 0.025), 3)  # lam_e of Fig. 7
 BOUNDS = {"sigma_max": ("^", "upper bound active"), "sigma_min": ("v", "lower bound active")}
+CUT = ("o", "at the edge of our search box")
+
+PRINTED = tuple(SCAN.lam_e)  # lam_e of the four curves of Fig. 7
+SWEPT = np.union1d(np.round(np.arange(0.2, 0.7501, 0.025), 3), PRINTED)
+
+
+def region(problem: DesignProblem, design: FloatArray | None = None) -> Figure:
+    """Draw the reachable region of Fig. 3 for a design (d,), the printed one if not given.
+
+    Raises:
+        ValueError: for a design that makes no machine or doesn't reach the workspace.
+    """
+    chosen = problem.printed_design() if design is None else np.asarray(design, dtype=float)
+    machine = problem.mechanism(chosen)
+    assert isinstance(machine, Diamond)
+    found = reachable_region(machine)
+    low, high = np.degrees(found.angles)
+    figure = plots.new_figure(WIDTH, 5.6)
+    plots.headline(
+        figure,
+        "Reachable region and workspace, as in Fig. 3 of the paper, our model",
+        f"{_ratios(problem, chosen)}; arms of the right limb from {low:.2f} to {high:.2f} deg; "
+        f"the top edge is {'tangent' if found.tangent else 'not tangent'} to the upper arcs",
+    )
+    axes = plots.panel(figure, (0.085, 0.085, 0.9, 0.81))
+    _draw_region(axes, machine, found)
+    return figure
 
 
 def torque_maps(problem: DesignProblem) -> Figure:
@@ -40,7 +68,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
         f"{plots.symbol('lam_l')}; grey: out of reach",
     )
     levels = np.round(np.arange(0.38, 0.541, 0.01), 2).tolist()
-    for k, lam_e in enumerate((0.2, 0.25, 0.3)):
+    for k, lam_e in enumerate(SCAN.fig4):
         cut = plots.Slice.of(problem, *WINDOW, {"lam_e": lam_e}, columns=201, rows=201)
         axes = _map_panel(figure, k, 3, f"{plots.symbol('lam_e')} = {lam_e:g}")
         plots.draw_slice(axes, cut, "tau_G", levels=levels, bar=k == 2)
@@ -51,7 +79,7 @@ def torque_maps(problem: DesignProblem) -> Figure:
 def sigma_maps(problem: DesignProblem) -> Figure:
     """Draw the extreme singular values over (lam_l, lam_H), with the bounds of Figs 5 and 6."""
     figure = plots.new_figure(WIDTH, 3.3)
-    lam_e = 0.3
+    lam_e = SCAN.fig5_6
     plots.headline(
         figure,
         "Singular values over the design space, as in Figs 5 and 6 of the paper, our model",
@@ -61,7 +89,7 @@ def sigma_maps(problem: DesignProblem) -> Figure:
     upper = np.round(np.arange(1.2, 3.01, 0.1), 1).tolist()
     lower = np.round(np.arange(0.5, 1.01, 0.05), 2).tolist()
     for k, (index, levels, bounds) in enumerate(
-        (("sigma_max", upper, (1.4, 1.7, 2.0)), ("sigma_min", lower, (0.6, 0.7, 0.8)))
+        (("sigma_max", upper, SCAN.b_u), ("sigma_min", lower, SCAN.b_l))
     ):
         axes = _map_panel(figure, k, 2, f"{'largest' if k == 0 else 'smallest'} over the workspace")
         plots.draw_slice(axes, cut, index, levels=levels)
@@ -80,7 +108,7 @@ def wedge(problem: DesignProblem) -> Figure:
         "our model",
         "hatched: infeasible; at the apex the top edge and the bottom corner are on the bound",
     )
-    apex = reference.optima["tau_G_at_printed_lam_e"].design
+    apex = reference.optimum("tau_G_at_printed_lam_e").design
     designs = {"paper": reference.design, "grid": _best_on_grid(lam_e), "polished": apex}
     rows = np.array([problem.design(values) for values in designs.values()])
     torque = problem.evaluate(rows).objectives[:, 0]
@@ -107,66 +135,90 @@ def wedge(problem: DesignProblem) -> Figure:
 
 def intervals(problem: DesignProblem) -> Figure:
     """Draw the least tau_G against lam_e for the six intervals of Fig. 7, and the active bound."""
-    figure = plots.new_figure(WIDTH, 3.5)
+    figure = plots.new_figure(WIDTH, 4.2)
     plots.headline(
         figure,
         f"Least {plots.symbol('tau_G')} against {plots.symbol('lam_e')}, "
         "as in Fig. 7 of the paper, our model",
-        "a line an interval of the singular values, ending where no design is feasible; "
-        "no mark: neither bound is active",
+        "a line an interval of the singular values, ending where no design is feasible; dotted: "
+        f"the four {plots.symbol('lam_e')} of the paper",
     )
-    for k, preset in enumerate(("printed", "uniform-arm")):
-        box = (0.075 + 0.5 * k, 0.13, 0.415, 0.66)
+    for k, preset in enumerate(("printed", "static")):
+        box = (0.075 + 0.5 * k, 0.105, 0.415, 0.71)
         axes = plots.panel(
             figure, box, x=plots.label("lam_e", ""), y=plots.label("tau_G", "N m/(m/s^2)"),
             title=f"inertia preset “{preset}”",
         )  # fmt: skip
         _draw_intervals(axes, problem, _solved(preset))
+    _explain_marks(axes)
     return figure
 
 
-def cycle(problem: DesignProblem) -> Figure:
-    """Draw torque over the pick-and-place cycle, its parts, and the torque-speed plane."""
-    design = problem.printed_design()
-    machine = problem.mechanism(design)
+def cycle(problem: DesignProblem, design: FloatArray | None = None) -> Figure:
+    """Draw a design's torque over the pick-and-place cycle, its parts, the torque-speed plane."""
+    whose = "printed" if design is None else "given"
+    machine = problem.mechanism(problem.printed_design() if design is None else design)
     assert isinstance(machine, Diamond)
     width, lift, time, overlap = cycle_path(packed_task(problem.task))
-    t = np.linspace(0.0, time, 801)
-    states = np.array([pick_and_place(s, width, lift, time, overlap) for s in t.tolist()])
-    states[:, 1] -= machine.H + machine.h
-    pose, velocity, acceleration = states[:, :2], states[:, 2:4], states[:, 4:]
-    rest = np.zeros_like(velocity)
-    total = machine.inverse_dynamics(pose, velocity, acceleration)
-    gravity = machine.inverse_dynamics(pose, rest, rest)
-    parts = {
-        "inertia": machine.inverse_dynamics(pose, rest, acceleration) - gravity,
-        "velocity": machine.inverse_dynamics(pose, velocity, rest) - gravity,
-        "gravity": gravity,
-    }
-    rates = (machine.inverse_jacobian(pose) @ velocity[..., None])[..., 0]
+    found = driven(machine, problem.task)
     figure = plots.new_figure(WIDTH, 3.2)
     plots.headline(
         figure,
-        "Drive torque over the pick-and-place cycle, printed design, full model",
+        f"Drive torque over our pick-and-place cycle, {whose} design, full model",
         f"{1e3 * width:.0f} mm across, {1e3 * lift:.1f} mm up, {time:g} s, overlap {overlap:g}",
     )
-    _draw_torque(figure, 1e3 * t, total[:, 0], {name: part[:, 0] for name, part in parts.items()})
-    _draw_torque_speed(figure, rates, total)
+    parts = {name: part[:, 0] for name, part in found.parts.items()}
+    _draw_torque(figure, 1e3 * found.time, found.total[:, 0], parts)
+    _draw_torque_speed(figure, found.rates, found.total)
     return figure
 
 
 PICTURES = {
     "diamond": {
         **machine_pictures("diamond"),
+        "fig3_region": Picture("the reachable region and the workspace, as in Fig. 3", region),
         "fig4_torque": Picture("tau_G over the design space, as in Fig. 4", torque_maps),
         "fig5_6_sigma": Picture(
             "singular values over the design space, as in Figs 5, 6", sigma_maps
         ),
         "fig7_intervals": Picture("least tau_G against lam_e, as in Fig. 7", intervals),
         "fig8_wedge": Picture("the feasible wedge at the printed lam_e, as in Fig. 8", wedge),
-        "cycle": Picture("drive torque over the pick-and-place cycle", cycle),
+        "cycle": Picture("drive torque over our pick-and-place cycle", cycle, any_design=True),
     }
 }
+
+
+def _ratios(problem: DesignProblem, design: FloatArray) -> str:
+    """Return lam_e, lam_l and lam_H of a design in words."""
+    sizes = problem.sizes(problem.complete(design[None])[0])
+    return ", ".join(f"{plots.symbol(name)} = {value:.4g}" for name, value in sizes.items())
+
+
+def _draw_region(axes: Axes, machine: Diamond, found: Region) -> None:
+    """Draw the machine with its four arcs, the elbows that they are about, and what they touch."""
+    plots.draw_machine(axes, machine, poses=np.array([[0.0, -machine.H - 0.5 * machine.h]]))
+    faint = plots.STYLE["faint"]
+    names = ("B_1'", "B_2'", "B_1''", "B_2''"), ("P_1", "P_2", "Q_1", "Q_2")
+    for k, (elbow, arc, touching) in enumerate(
+        zip(1e3 * found.elbows, 1e3 * found.arcs, 1e3 * found.touching, strict=True)
+    ):
+        text = "about the elbows at their highest" if k < 2 else "about the elbows at their lowest"
+        axes.plot(
+            *arc.T, color=plots.STYLE["lines"][k // 2], linewidth=1.8, zorder=3.5,
+            label=f"arcs {text}" if k % 2 == 0 else None,
+        )  # fmt: skip
+        axes.plot(
+            *np.stack([elbow, touching]).T, color=faint, linewidth=0.8, linestyle="--", zorder=2.5
+        )
+        axes.plot(*elbow, marker="o", markersize=5, color="white", markeredgecolor=faint, zorder=5)
+        side = "left" if elbow[0] > 0.0 else "right"
+        away = 7 if side == "left" else -7
+        plots.remark(axes, f"${names[0][k]}$", tuple(elbow), dot=False, xytext=(away, 4), ha=side)
+        side, away = ("left", 6) if touching[0] > 0.0 else ("right", -6)
+        plots.remark(
+            axes, f"${names[1][k]}$", tuple(touching), xytext=(away, 5 if k < 2 else -11), ha=side
+        )
+    plots.legend(axes, loc="lower right")
 
 
 def _height(values: Mapping[str, float], name: str) -> float:
@@ -175,7 +227,7 @@ def _height(values: Mapping[str, float], name: str) -> float:
 
 
 def _best_on_grid(lam_e: float) -> Mapping[str, float]:
-    """Return the best feasible design of the paper's grid at one lam_e."""
+    """Return the best feasible design of the grid, its steps ours, at one lam_e."""
     problem = make_problem("diamond", fixed={"lam_e": lam_e})
     grid = problem.grid()
     assert grid is not None
@@ -198,9 +250,9 @@ def _map_panel(figure: Figure, k: int, count: int, title: str, y: str = "lam_H")
 
 
 def _solved(preset: str) -> list[Solutions]:
-    """Solve the six intervals at every lam_e of the scan."""
+    """Solve the six intervals at every lam_e of the scan, in the box of lam_l and gap."""
     solved = []
-    for lam_e in SCAN.tolist():
+    for lam_e in SWEPT.tolist():
         problem = make_problem("diamond", fixed={"lam_e": lam_e}, inertia=preset)
         rows = [problem.pack({"sigma_low": low, "sigma_high": high}) for low, high in INTERVALS]
         solved.append(solve_tasks(problem, np.array(rows)))
@@ -210,22 +262,42 @@ def _solved(preset: str) -> list[Solutions]:
 def _draw_intervals(axes: Axes, problem: DesignProblem, solved: list[Solutions]) -> None:
     optima = np.array([solution.optima for solution in solved])
     active = np.array([solution.active for solution in solved])
+    designs = np.array([solution.designs for solution in solved])  # lam_l, gap
+    at_edge = np.isclose(designs, problem.low[1:]) | np.isclose(designs, problem.high[1:])
+    cut = at_edge.any(axis=-1) & np.isfinite(optima)
+    for lam_e in PRINTED:
+        axes.axvline(lam_e, color=plots.STYLE["faint"], linewidth=0.8, linestyle=":", zorder=1)
     for j, (low, high) in enumerate(INTERVALS):
         color = plots.STYLE["lines"][j]
-        axes.plot(SCAN, optima[:, j], color=color, linewidth=1.2, label=f"[{low:g}, {high:g}]")
-        for name, (marker, _) in BOUNDS.items():
-            at = active[:, j, problem.constraint_names.index(name)]
-            axes.plot(
-                SCAN[at],
-                optima[at, j],
-                linestyle="none",
-                marker=marker,
-                markersize=4.5,
-                color=color,
-            )
-    for marker, text in BOUNDS.values():
-        axes.plot([], [], linestyle="none", marker=marker, color=plots.STYLE["faint"], label=text)
+        axes.plot(SWEPT, optima[:, j], color=color, linewidth=1.2, label=f"[{low:g}, {high:g}]")
+        marks = [
+            (marker, active[:, j, problem.constraint_names.index(name)])
+            for name, (marker, _) in BOUNDS.items()
+        ]
+        for marker, at in [*marks, (CUT[0], cut[:, j])]:
+            _draw_marks(axes, SWEPT[at], optima[at, j], marker, color)
     plots.legend(axes, loc="upper right", title="interval")
+
+
+def _explain_marks(axes: Axes) -> None:
+    """Give the legend of the marks, in place of the curves'."""
+    handles = [
+        _draw_marks(axes, [], [], marker, plots.STYLE["faint"], label=text)
+        for marker, text in (*BOUNDS.values(), CUT)
+    ]
+    plots.legend(axes, loc="upper right", handles=handles)
+
+
+def _draw_marks(
+    axes: Axes, x: ArrayLike, y: ArrayLike, marker: str, color: str, label: str | None = None
+) -> Line2D:
+    """Draw marks of one kind; that of a cut curve is a ring about the others."""
+    ring = marker == CUT[0]
+    (line,) = axes.plot(
+        x, y, linestyle="none", marker=marker, markersize=9.0 if ring else 4.5, color=color,
+        fillstyle="none" if ring else "full", markeredgewidth=0.9, label=label,
+    )  # fmt: skip
+    return line
 
 
 def _draw_torque(

@@ -42,6 +42,14 @@ class Diamond(PlanarMachine):
         inertia = (self.I_A, self.m, self.mr_A)
         return self._batch(inverse_dynamics_batch, states, (2,), *self.lengths, *inertia, length=6)
 
+    def torque_rows(self, pose: FloatArray) -> FloatArray:
+        """Return (..., 2, 2), N m per m/s^2: inertial torque_i = row_i @ acceleration.
+
+        Eq. (11), (I_A/l1) G_i = I_A J_i + m J^-T_i, at poses (..., 2); rows limb by limb.
+        """
+        force = self.jacobian(pose).swapaxes(-1, -2)
+        return np.asarray(self.I_A * self.inverse_jacobian(pose) + self.m * force)
+
     def local_indices(self, pose: FloatArray) -> dict[str, FloatArray]:
         """Return sigma_max, sigma_min, sin_alpha, sin_beta, tau at poses (..., 2): name -> (...).
 
@@ -53,5 +61,6 @@ class Diamond(PlanarMachine):
     def index_maps(self, pose: FloatArray) -> dict[str, IndexMap]:
         """Return torque, singular values, condition and transmission angles at poses (..., 2)."""
         local = self.local_indices(pose)
-        torque = IndexMap("tau", "N m/(m/s^2)", "max", local["tau"])
+        doc = "larger drive torque per unit of platform acceleration"
+        torque = IndexMap("tau", "N m/(m/s^2)", "max", local["tau"], doc=doc)
         return {"tau_G": torque, **self.limb_maps(local)}

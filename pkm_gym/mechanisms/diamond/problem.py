@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numba
@@ -30,6 +31,7 @@ from pkm_gym.mechanisms.diamond.declared import (
     DiamondOptions,
     DiamondTask,
     Indices,
+    presets,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
 from pkm_gym.mechanisms.diamond.indices import workspace_indices
@@ -38,7 +40,22 @@ from pkm_gym.mechanisms.diamond.mechanism import Diamond
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
 
-OBJECTIVE_CODES = {"tau_G": 0, "tau_peak": 1, "tau_rms": 2, "condition": 3}
+
+@dataclass(frozen=True)
+class Scan:
+    """What the paper draws: ratios of its figures, and limits."""
+
+    lam_e: list[float]
+    fig4: list[float]
+    fig5_6: float
+    b_l: list[float]
+    b_u: list[float]
+
+
+SCAN = REFERENCE.table("scan", Scan)
+
+TORQUES = {"tau_G": 0, "tau_peak": 1, "tau_rms": 2}  # objectives that go with the task's sizes
+NO_TORQUE = 3
 LENGTHS = ("e", "l1", "l2", "H")
 
 
@@ -56,9 +73,9 @@ def task_scale(task: DiamondTask, inertia: FloatArray, objective: int) -> float:
     """Return the first objective's estimate at the task's optimum, up to a constant factor.
 
     Eq. (12) at fixed ratios and transmission angles, those of the paper's task's optimum; for the
-    cycle times its acceleration, width / time^2; the condition number depends on no scale.
+    cycle times its acceleration, width / time^2; what is a pure number depends on no scale.
     """
-    if objective == 3:
+    if objective == NO_TORQUE:
         return 1.0
     _, l1, l2, _ = dimensions_from_ratios(0.58, 2.3, 0.4, task.b, task.delta)
     I_A, m, _ = lumped_inertia(l1, l2, task.payload, inertia)
@@ -177,13 +194,13 @@ class DiamondProblem(DesignProblem):
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         columns, rows = self.options.sampling
-        preset = REFERENCE.data["inertia"][self.options.inertia]
-        self._inertia = np.array([preset[name] for name in INERTIA_NAMES])
+        preset = presets()[self.options.inertia]
+        self._inertia = np.array([getattr(preset, name) for name in INERTIA_NAMES])
         self._nodes = unit_nodes(columns), unit_nodes(rows)
         self._cycle_samples = self.options.cycle_samples if self.options.cycle else 0
-        self._objective = OBJECTIVE_CODES[self.objectives[0].name]
+        self._objective = TORQUES.get(self.objectives[0].name, NO_TORQUE)
         paper_scale = task_scale(packed_task(DiamondTask()), self._inertia, self._objective)
-        self._anchor = REFERENCE.optima[self.objectives[0].name].value / paper_scale
+        self._anchor = REFERENCE.optimum(self.objectives[0].name).value / paper_scale
         self._work = 0.012 * columns * rows + 0.1 * self._cycle_samples  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
@@ -231,5 +248,5 @@ class DiamondProblem(DesignProblem):
             for v in self.all_variables
             if not v.scanned
         ]
-        mesh = np.meshgrid(REFERENCE.data["scan"]["lam_e"], *own, indexing="ij")
+        mesh = np.meshgrid(SCAN.lam_e, *own, indexing="ij")
         return np.stack([axis.ravel() for axis in mesh], axis=1)

@@ -22,9 +22,9 @@ from pkm_gym.core.planar_twin import (
 )
 from pkm_gym.core.twin import Course, Solver, add_cylinder
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.diamond.declared import DiamondTask
+from pkm_gym.mechanisms.diamond.declared import DiamondTask, presets
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
-from pkm_gym.mechanisms.diamond.problem import REFERENCE, cycle_path, packed_task
+from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
 
 __all__ = [  # what a twin's module holds; a good part of it is the same for all planar machines
     "SOLVER", "build", "build_lumped", "coordinates", "course", "draw_poses", "frames", "margins",
@@ -44,9 +44,9 @@ def build(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:
     Raises:
         ValueError: for a pose out of reach, or rods that outweigh the machine.
     """
-    table = REFERENCE.data["inertia"]["printed"]
-    rod = table["mu2"] * machine.l2  # one of the two of a limb
-    elbow, platform = table["rod_elbow"] * rod, table["rod_platform"] * rod
+    table = presets()["printed"]
+    rod = table.mu2 * machine.l2  # one of the two of a limb
+    elbow, platform = table.rod_elbow * rod, table.rod_platform * rod
     inertia, moment = machine.I_A - elbow * machine.l1**2, machine.mr_A - elbow * machine.l1
     mass = machine.m - platform
     if min(inertia, moment, mass) <= 0.0:
@@ -64,7 +64,7 @@ def build_lumped(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:
 
 
 def course(machine: Diamond, samples: int = 201, task: DiamondTask | None = None) -> Course:
-    """Return a task's pick-and-place cycle along the workspace's bottom edge, or the paper's."""
+    """Return a task's pick-and-place cycle along the bottom edge; the default task's if None."""
     task = task or DiamondTask(b=machine.b)
     return pick_and_place_course(machine, *cycle_path(packed_task(task)), samples)
 

@@ -69,8 +69,9 @@ class Maps:
 
     def printed(self) -> dict[tuple[float, float], dict[str, float]]:
         """Return Table 2: (L, R), cm, -> index -> printed value."""
-        table = self.reference.data["table2"]
-        rows = (dict(zip(table["columns"], row, strict=True)) for row in table["rows"])
+        columns = self.reference.table("table2.columns", list[str])
+        numbers = self.reference.table("table2.rows", list[list[float]])
+        rows = (dict(zip(columns, row, strict=True)) for row in numbers)
         return {(row["L"], row["R"]): row for row in rows}
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numba
 
 from pkm_gym.core.compile import batch_kernel, kernel
+from pkm_gym.core.five import Five, Symmetric, rows_of
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.pus6.five import Five, Symmetric, rows_of
 from pkm_gym.mechanisms.pus6.influence import (
     Legs,
     first_order,

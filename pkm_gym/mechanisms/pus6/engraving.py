@@ -13,7 +13,7 @@ from math import asin, asinh, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from pkm_gym.core.trajectory import polyline_345
+from pkm_gym.core.trajectory import polyline_345, ramped
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pus6.mechanism import Pus6
 
@@ -81,45 +81,27 @@ def motion(machine: Pus6, samples: int) -> tuple[float, FloatArray, FloatArray]:
     poses, rates = np.tile(flat.tilt, (samples, 2)), np.zeros((samples, 6))
     poses[:, :3], rates[:, :3] = flat.middle + points @ flat.axes.T, velocities @ flat.axes.T
     up = np.concatenate([flat.lift * flat.axes[:, 2], np.zeros(3)])
-    park, durations = machine.in_box(PARK), np.array([COME, DIP])
+    park, durations, none = machine.in_box(PARK), np.array([COME, DIP]), np.zeros(2)
     for k in np.flatnonzero(times < first):
         corners = np.stack([park, poses[k] + up, poses[k]])
-        polyline_345(times[k], corners, durations, poses[k], rates[k])
+        polyline_345(times[k], corners, durations, none, poses[k], rates[k])
     for k in np.flatnonzero(times > last):
         corners = np.stack([poses[k], poses[k] + up, park])
-        polyline_345(times[k] - last, corners, durations[::-1].copy(), poses[k], rates[k])
+        back = durations[::-1].copy()
+        polyline_345(times[k] - last, corners, back, none, poses[k], rates[k])
     return duration, poses, rates
 
 
 def spiral(times: FloatArray, flat: Plane) -> tuple[FloatArray, FloatArray]:
     """Return points and velocities (n, 3) in the plane's axes at times (n,) from its middle on."""
     pitch = flat.radius / (2.0 * pi * TURNS)  # m/rad
-    way, speed = fed(times, flat.period)
+    way, speed = ramped(times, flat.period, RAMP)
     turned = unwound(PACE * flat.radius * way / pitch)
     rate = PACE * flat.radius * speed / (pitch * np.sqrt(1.0 + turned**2))
     cosine, sine, none = np.cos(turned), np.sin(turned), np.zeros_like(turned)
     points = pitch * turned[:, None] * np.stack([cosine, sine, none], axis=-1)
     across = np.stack([cosine - turned * sine, sine + turned * cosine, none], axis=-1)
     return points, pitch * rate[:, None] * across
-
-
-def fed(times: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
-    """Return the way (n,), s, and the speed (n,) of a unit feed with smooth ramps at both ends."""
-    rise = np.clip(times / RAMP, 0.0, 1.0)
-    fall = np.clip((period - times) / RAMP, 0.0, 1.0)
-    steady = np.clip(times - RAMP, 0.0, period - 2.0 * RAMP)
-    way = RAMP * (ramp_way(rise) + 0.5 - ramp_way(fall)) + steady
-    return way, np.minimum(ramp_speed(rise), ramp_speed(fall))
-
-
-def ramp_speed(share: FloatArray) -> FloatArray:
-    """Return the 3-4-5 polynomial at shares (n,) of a ramp."""
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-
-
-def ramp_way(share: FloatArray) -> FloatArray:
-    """Return its integral, 1/2 at the end."""
-    return share**4 * (2.5 - 3.0 * share + share**2)
 
 
 def wound(angle: float) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from pkm_gym.core.compile import formula
-from pkm_gym.mechanisms.pus6.five import (
+from pkm_gym.core.five import (
     Five,
     Symmetric,
     added,

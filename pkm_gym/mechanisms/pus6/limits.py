@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
-from pkm_gym.core.linalg import dot3
+from pkm_gym.core.linalg import squared_segment_distance
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pus6.indices import BLOCK, place
 from pkm_gym.mechanisms.pus6.influence import Leg, Legs, first_order
@@ -49,28 +49,14 @@ def joint_cosine(leg: Leg, home: Leg, r: Rotation) -> float:
 
 
 @formula
-def unit_share(t: float) -> float:
-    """Return t within [0, 1]."""
-    return min(1.0, max(0.0, t))
-
-
-@formula
 def squared_distance(ax: float, ay: float, a: Leg, bx: float, by: float, b: Leg) -> float:
     """Return the squared distance of two rods of equal length as segments, m^2.
 
     ``ax``, ``ay`` and ``bx``, ``by``: where their screws stand.
     """
-    ux, uy, uz, vx, vy, vz = a[3], a[4], a[5], b[3], b[4], b[5]
-    wx, wy, wz = ax - bx, ay - by, slider(a) - slider(b)
-    uu, vv = dot3(ux, uy, uz, ux, uy, uz), dot3(vx, vy, vz, vx, vy, vz)
-    uv = dot3(ux, uy, uz, vx, vy, vz)
-    uw, vw = dot3(ux, uy, uz, wx, wy, wz), dot3(vx, vy, vz, wx, wy, wz)
-    across = uu * vv - uv * uv
-    s = unit_share((uv * vw - vv * uw) / across) if across > 1e-12 * uu * vv else 0.0
-    t = unit_share((uv * s + vw) / vv)
-    s = unit_share((uv * t - uw) / uu)
-    dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
-    return dot3(dx, dy, dz, dx, dy, dz)
+    return squared_segment_distance(
+        ax - bx, ay - by, slider(a) - slider(b), a[3], a[4], a[5], b[3], b[4], b[5]
+    )
 
 
 @formula

@@ -33,6 +33,14 @@ from pkm_gym.mechanisms.pus6.limits import PER_NODE, limits_batch
 LARGEST_ANGLE = 2.0 * math.pi / 3.0  # between two screws or two joints of a third
 LEVELS = (-1.0, 0.0, 1.0)
 NAMES = ("eta_omega", "eta_v", "eta_alpha", "eta_a", "eta_F", "eta_I")
+WORDS = {  # what they are at a pose
+    "eta_omega": "angular velocity, 1 / K of the pose",
+    "eta_v": "linear velocity, 1 / K of the pose",
+    "eta_alpha": "angular acceleration, 1 / K of the pose",
+    "eta_a": "linear acceleration, 1 / K of the pose",
+    "eta_F": "force and torque, 1 / K of the pose",
+    "eta_I": "inertia force, 1 / K of the pose",
+}
 
 
 @kernel
@@ -230,7 +238,7 @@ class Pus6(Mechanism):
         units = {"rod_tilt": "rad", "s_cone": "rad", "clearance": "m", "aspect": ""}
         most = ("rod_tilt", "s_cone")
         local = self.local_indices(pose, convention=convention)
-        means = {name: IndexMap(name, "", "mean", local[name]) for name in NAMES}
+        means = {name: IndexMap(name, "", "mean", local[name], doc=WORDS[name]) for name in NAMES}
         limits = {  # their extremes stand at the box's corners: a picture shows one orientation
             name: IndexMap(name, units[name], "max" if name in most else "min", values, drawn=False)
             for name, values in self.local_limits(pose).items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pkm_gym.core.compile import formula
-from pkm_gym.mechanisms.pus6.five import Five
+from pkm_gym.core.five import Five
 
 Six = tuple[float, float, float, float, float, float]
 

@@ -14,7 +14,7 @@ from pkm_gym.core.sampling import lowest_of_five, rectangle
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, smallest_projections
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
-from pkm_gym.mechanisms.spr3.mechanism import Spr3
+from pkm_gym.mechanisms.spr3.mechanism import LCI, Spr3
 from pkm_gym.mechanisms.spr3.words import position
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
@@ -164,9 +164,13 @@ class CylinderSpr3(Spr3):
         lengths = self.inverse_kinematics(pose)
         local = self._local_within_reach(pose, jacobian)
         return {
-            "gci": IndexMap("lci", "", "mean", local["lci"]),
-            "q_min": IndexMap("q", "m", "min", lengths.min(axis=-1)),
-            "q_max": IndexMap("q", "m", "max", lengths.max(axis=-1)),
+            "gci": IndexMap("lci", "", "mean", local["lci"], doc=LCI),
+            "q_min": IndexMap(
+                "q", "m", "min", lengths.min(axis=-1), doc="shortest of the three legs"
+            ),
+            "q_max": IndexMap(
+                "q", "m", "max", lengths.max(axis=-1), doc="longest of the three legs"
+            ),
             "det": IndexMap("det", "", "min", local["det"], drawn=False),
             "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"], drawn=False),
         }

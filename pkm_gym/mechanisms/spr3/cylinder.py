@@ -23,6 +23,7 @@ from pkm_gym.mechanisms.spr3.declared import (
     CYLINDER_UNDEFINED,
     JACOBIANS,
     SPR3_CYLINDER,
+    Conditioning,
     CylinderDesign,
     CylinderIndices,
     CylinderLimits,
@@ -104,11 +105,12 @@ def measure_one(
 
 
 class Spr3CylinderProblem(DesignProblem):
-    """Conditioning of a small 3-SPR over a given cylinder (the paper's path in every direction).
+    """Conditioning of a small 3-SPR over a given cylinder.
 
     Maximise the mean local conditioning index over a, b and the cylinder's place z_c, so that the
     platform's centre reaches the whole cylinder without singularity, the legs' stroke and the
-    machine stay small, and the S joints keep their limit.
+    machine stay small, and the S joints keep their limit. The paper's path, in every plane through
+    the z axis, sweeps such a cylinder; its size and the limits are ours.
     """
 
     declared = SPR3_CYLINDER
@@ -118,7 +120,8 @@ class Spr3CylinderProblem(DesignProblem):
         super().__init__(**arguments)
         self._nodes = triangular_cylinder(self.options.nodes)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
-        self.scale = self.reference.data["jacobians"][self.options.jacobian]["gci"]
+        scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
+        self.scale = scales.gci
         self._work = 6.0 + 0.5 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:

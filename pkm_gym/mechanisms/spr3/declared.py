@@ -17,6 +17,14 @@ JACOBIANS = ("velocity", "tilt-a", "tilt-b", "tilt-D", "points")
 
 
 @dataclass(frozen=True)
+class Conditioning:
+    """What paper.toml says of a Jacobian: its index at the optimum."""
+
+    gci: float
+    doc: str = ""
+
+
+@dataclass(frozen=True)
 class Spr3Options(Options):
     """Options of the 3-SPR."""
 

@@ -10,14 +10,14 @@ from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
 
 CYLINDER = 0.9  # length of a leg's cylinder, in shortest legs
 STEPS = 51  # of a leg along the outline
+AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i, the directions of the joints
 
 
 def drawn_links(
     center: FloatArray, rotation: FloatArray, a: float, b: float, q_min: float
 ) -> tuple[Link, ...]:
     """Return the platforms, rods and cylinders with O_A at ``center`` (3,), NaN out of reach."""
-    around = np.stack([COS, SIN, np.zeros(3)], axis=-1)
-    fixed, moving = b * around, center + a * around @ rotation.T
+    fixed, moving = b * AROUND, center + a * AROUND @ rotation.T
     legs = moving - fixed
     tips = fixed + CYLINDER * q_min * legs / np.linalg.norm(legs, axis=-1, keepdims=True)
     return (

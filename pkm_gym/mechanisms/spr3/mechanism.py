@@ -12,7 +12,7 @@ from pkm_gym.core.names import check_known
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.mechanisms.spr3.assembly import AssemblyModes, all_assembly_modes
 from pkm_gym.mechanisms.spr3.declared import JACOBIANS
-from pkm_gym.mechanisms.spr3.drawing import closed, drawn_links, section_outline
+from pkm_gym.mechanisms.spr3.drawing import AROUND, closed, drawn_links, section_outline
 from pkm_gym.mechanisms.spr3.indices import (
     LOCAL,
     homogeneous,
@@ -32,6 +32,8 @@ from pkm_gym.mechanisms.spr3.velocity import twist_batch, velocity_batch
 from pkm_gym.mechanisms.spr3.words import legs
 
 LEVELS = 9  # leg lengths that are searched, from the shortest to the longest
+
+LCI = "local conditioning index"  # at a pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +185,19 @@ class Spr3(Mechanism):
         """
         return self._velocity(pose)[..., 2:, :, :]
 
+    def limb_turning(self, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how limbs turn, rad/s, at velocities (..., 3) of O_A: swing and spin.
+
+        Swing (..., limb, 3): the part of the angular velocity across the leg, eq. (16). Spin
+        (..., limb): the part about the leg, from B_i to A_i, which the platform shares, eq. (19).
+        """
+        moving = self.a * AROUND @ np.swapaxes(self.rotation(pose), -1, -2)
+        legs = self.position(pose)[..., None, :] + moving - self.b * AROUND
+        legs /= np.linalg.norm(legs, axis=-1, keepdims=True)
+        omega = np.einsum("...kij,...j->...ki", self.limb_jacobians(pose), velocity)
+        spin = (omega * legs).sum(axis=-1)
+        return omega - spin[..., None] * legs, spin
+
     def twist(self, pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
         """Return the velocity of O_A (..., 3), m/s, of a pose that changes at ``pose_rate``."""
         pose, rate = np.broadcast_arrays(np.asarray(pose, float), np.asarray(pose_rate, float))
@@ -294,9 +309,17 @@ class Spr3(Mechanism):
         """
         local = self._local_within_reach(pose, jacobian)
         return {
-            "lci_min": IndexMap("lci", "", "min", local["lci"]),
-            "parasitic": IndexMap("parasitic", "m", "max", local["parasitic"]),
-            "s_angle": IndexMap("s_angle", "rad", "max", local["s_angle"]),
+            "lci_min": IndexMap("lci", "", "min", local["lci"], doc=LCI),
+            "parasitic": IndexMap(
+                "parasitic", "m", "max", local["parasitic"], doc="parasitic offset"
+            ),
+            "s_angle": IndexMap(
+                "s_angle",
+                "rad",
+                "max",
+                local["s_angle"],
+                doc="largest of the three S joints' angles, from the base's normal to the leg",
+            ),
             "r_angle": IndexMap("r_angle", "rad", "min", local["r_angle"], drawn=False),
             "det": IndexMap("det", "", "min", local["det"], drawn=False),
             "fold": IndexMap("fold", "", "min", local["fold"], drawn=False),

@@ -1,4 +1,4 @@
-"""The paper's path: down, across, up in a plane through the axis, and the legs' motion along it."""
+"""A path of the shape of the paper's Fig. 2, in a plane through the axis, and the legs' motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel
-from pkm_gym.core.trajectory import duration_345, polyline_345
+from pkm_gym.core.trajectory import cruise_durations, duration_345, polyline_345
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.cover import cylinder_extremes
 from pkm_gym.mechanisms.spr3.kinematics import level
@@ -23,7 +23,9 @@ SAMPLES = 101  # of a side of a path
 
 @dataclass(frozen=True)
 class GatePath:
-    """P1 (-R, z_start), P2 (-R, z_across), P3 (R, z_across), P4 (R, z_start) of the paper's fig. 2.
+    """P1 (-R, z_start), P2 (-R, z_across), P3 (R, z_across), P4 (R, z_start) of the paper's Fig. 2.
+
+    Its R, h and v_max are printed; where it stands, and on which side the way across is, isn't.
 
     Attributes:
         radius: R, m.
@@ -57,14 +59,16 @@ class GatePath:
 
 @dataclass(frozen=True)
 class Motion:
-    """The legs along a path.
+    """The legs along a path; what is out of reach is NaN.
 
     Attributes:
         times: array (n,), s.
         positions: array (n, 3) of O_A, m.
         velocities: array (n, 3) of O_A, m/s.
-        lengths: array (n, 3) of the legs, m; NaN out of reach.
-        rates: array (n, 3) of the legs, m/s; NaN out of reach.
+        lengths: array (n, 3) of the legs, m.
+        rates: array (n, 3) of the legs, m/s.
+        swings: array (n, 3), rad/s, how fast the legs turn across themselves.
+        spins: array (n, 3), rad/s, how fast they turn about themselves, seen from B_i to A_i.
     """
 
     times: FloatArray
@@ -72,34 +76,54 @@ class Motion:
     velocities: FloatArray
     lengths: FloatArray
     rates: FloatArray
+    swings: FloatArray
+    spins: FloatArray
 
 
 def motion(
-    machine: Spr3, path: GatePath, speed: float, acceleration: float, samples: int = 601
+    machine: Spr3,
+    path: GatePath,
+    speed: float,
+    acceleration: float,
+    samples: int = 601,
+    *,
+    cruise: bool = False,
 ) -> Motion:
     """Return the legs' motion along a path of rest-to-rest 3-4-5 moves. Eqs (21), (22).
 
-    ``speed`` (m/s) and ``acceleration`` (m/s^2) are the largest ones of O_A.
+    ``speed`` (m/s) and ``acceleration`` (m/s^2) are the largest ones of O_A. A single move a side
+    reaches one of them; with ``cruise`` it stays at the speed between its halves, and reaches both.
     """
-    times, positions, velocities = along(path, speed, acceleration, samples)
+    times, positions, velocities = along(path, speed, acceleration, samples, cruise=cruise)
     poses = machine.pose_at(positions)
     rates = np.einsum("nij,nj->ni", machine.inverse_jacobian(poses), velocities)
-    return Motion(times, positions, velocities, machine.inverse_kinematics(poses), rates)
+    swings, spins = machine.limb_turning(poses, velocities)
+    return Motion(
+        times, positions, velocities, machine.inverse_kinematics(poses), rates,
+        np.linalg.norm(swings, axis=-1), spins,
+    )  # fmt: skip
 
 
 def along(
-    path: GatePath, speed: float, acceleration: float, samples: int
+    path: GatePath, speed: float, acceleration: float, samples: int, *, cruise: bool = False
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return times (n,), s, positions (n, 3), m, and velocities (n, 3), m/s, along a path.
 
-    Moves, ``speed`` and ``acceleration`` are those of ``motion``.
+    Moves, ``speed``, ``acceleration`` and ``cruise`` are those of ``motion``.
     """
     corners = path.corners
     sides = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    durations = np.array([duration_345(side, speed, acceleration) for side in sides])
-    times = np.linspace(0.0, durations.sum(), samples)
+    durations, cruises = np.array(
+        [
+            cruise_durations(side, speed, acceleration)
+            if cruise
+            else (duration_345(side, speed, acceleration), 0.0)
+            for side in sides
+        ]
+    ).T.copy()
+    times = np.linspace(0.0, (durations + cruises).sum(), samples)
     positions, velocities = np.empty((samples, 3)), np.empty((samples, 3))
-    _along(0.05 * samples, times, corners, durations, positions, velocities)
+    _along(0.05 * samples, times, corners, durations, cruises, positions, velocities)
     return times, positions, velocities
 
 
@@ -108,11 +132,12 @@ def _along(
     times: FloatArray,
     corners: FloatArray,
     durations: FloatArray,
+    cruises: FloatArray,
     positions: FloatArray,
     velocities: FloatArray,
 ) -> None:
     for k in numba.prange(times.shape[0]):
-        polyline_345(times[k], corners, durations, positions[k], velocities[k])
+        polyline_345(times[k], corners, durations, cruises, positions[k], velocities[k])
 
 
 def needed_range(machine: Spr3, path: GatePath) -> tuple[float, float]:

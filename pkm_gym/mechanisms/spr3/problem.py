@@ -22,6 +22,7 @@ from pkm_gym.mechanisms.spr3.declared import (
     SPR3,
     TASK,
     UNDEFINED,
+    Conditioning,
     Design,
     Indices,
     Limits,
@@ -115,7 +116,8 @@ class Spr3Problem(DesignProblem):
         super().__init__(**arguments)
         self._nodes = symmetric_cube(self.options.nodes)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
-        self.scale = self.reference.data["jacobians"][self.options.jacobian]["gci"]
+        scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
+        self.scale = scales.gci
         self._work = 5.0 + 0.4 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:

@@ -16,6 +16,7 @@ from pkm_gym.core.twin import (
     ALUMINIUM,
     STEEL,
     Course,
+    PistonSpeeds,
     Solver,
     add_bar,
     add_cylinder,
@@ -24,21 +25,22 @@ from pkm_gym.core.twin import (
     add_stage,
     check_reach,
     close_loop,
+    drive_pistons,
     new_spec,
     quaternion,
 )
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.spr3.drawing import AROUND, CYLINDER
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
 from pkm_gym.mechanisms.spr3.path import GatePath, along, largest_cylinder
 
 SOLVER = Solver(timestep=2.5e-4, solref=(1e-3, 1.0))
 AXES = np.diag([1.0, -1.0, -1.0])  # z down, from the fixed platform to the moving one
-AROUND = np.stack([COS, SIN, np.zeros(3)], axis=-1)  # e_i
 TANGENTS = np.stack([-np.asarray(SIN), COS, np.zeros(3)], axis=-1)  # t_i
 NORMAL = np.array([0.0, 0.0, 1.0])
 INSIDE = 1.0 - 1e-5  # size of the path, in largest ones: lines between its samples reach too
-CYLINDER = 0.9  # length of a leg's cylinder, in shortest legs
+HASTE = 5.0  # of the check's run, in the speeds of the course
 
 
 def build(machine: Spr3, pose: FloatArray) -> mujoco.MjSpec:
@@ -98,10 +100,25 @@ def draw_poses(machine: Spr3, n: int, generator: np.random.Generator) -> FloatAr
 
 
 def course(machine: Spr3, samples: int = 201, task: object = None) -> Course:
-    """Return the paper's path, the largest of its shape that fits the machine at every gamma."""
+    """Return the largest path of the shape of Fig. 2 that fits the machine at every gamma.
+
+    With the paper's v_max, rest to rest on each side.
+    """
     del task  # no task of the 3-SPR has a path
-    times, positions, velocities = along(*_path(machine), samples)
+    times, positions, velocities = along(*planned_path(machine), samples)
     return Course(float(times[-1]), machine.pose_at(positions), velocities)
+
+
+def piston_speeds(machine: Spr3, haste: float = HASTE, samples: int = 200) -> PistonSpeeds:
+    """Let the servos take the twin along its course, ``haste`` times as fast; compare leg speeds.
+
+    The paper's drives prescribe the legs' lengths, whatever they bear: there is no gravity here.
+    """
+    moves = round(course(machine, 2).duration / (haste * SOLVER.timestep))
+    planned = course(machine, moves + 1).at_speed(haste)
+    spec = build(machine, machine.home)
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    return drive_pistons(machine, spec, machine.home, planned, samples, machine.pose_at)
 
 
 def frames(machine: Spr3, poses: FloatArray) -> FloatArray:
@@ -127,8 +144,8 @@ def margins(machine: Spr3, pose: FloatArray, joints: FloatArray) -> FloatArray:
     return np.array([local["det"], local["fold"], pose[2]])
 
 
-def _path(machine: Spr3) -> tuple[GatePath, float, float]:
-    """Return the path, and the paper's largest speed (m/s) and acceleration (m/s^2)."""
+def planned_path(machine: Spr3) -> tuple[GatePath, float, float]:
+    """Return the course's path, and the paper's v_max (m/s) and a_max (m/s^2)."""
     largest, slender, middle = largest_cylinder(machine)
     radius, height = INSIDE * largest, INSIDE * slender
     path = GatePath(radius, middle + 0.5 * height, middle - 0.5 * height)

@@ -1,7 +1,8 @@
 """The workspace of the 3-SPR's centre: its six surfaces, its volume three ways, its envelope.
 
-The joint box is mapped one-to-one onto the workspace where det J > 0, so the paper's limb-length
-method takes the six faces of the box to the six families of surfaces W1 ... W6 that enclose it.
+The joint box is mapped one-to-one onto the workspace where det J > 0 on it and each position has
+one tilt, as on the printed machine. So the paper's limb-length method takes the six faces of the
+box to the six families of surfaces W1 ... W6 that enclose it.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from pkm_gym.mechanisms.spr3.mechanism import Spr3
 
 STEP = 0.005  # m, of the legs along a surface
+ALONG = 51  # points of a border curve
+CURVES = ((0, 1, 2), (1, 0, 2), (2, 1, 0))  # legs that are held, stepped and running
 NODES = 8  # Gauss nodes in each of three directions: 1e-10 of the printed machine's volume
 VOXELS = 60  # along each side of the workspace's bounding box
 
@@ -106,6 +109,24 @@ def envelope(machine: Spr3, step: float = STEP) -> Envelope:
     return Envelope(machine.position(poses), faces, family, tilt)
 
 
+def border_curves(machine: Spr3, step: float) -> FloatArray:
+    """Return the curves (6, k, n, 3), m, of the paper's families W1 ... W6, section 3.
+
+    Of a family, a leg is at an end of its range, a second one has steps of at most ``step`` metres,
+    and the third one runs: q_2 and q_3 in W1 and W2, q_1 and q_3 in W3 and W4, q_2 and q_1 in W5
+    and W6.
+    """
+    low, high = machine.q_min, machine.q_max
+    stepped = np.linspace(low, high, int(np.ceil((high - low) / step - 1e-9)) + 1)
+    running = np.linspace(low, high, ALONG)
+    joints = np.empty((6, len(stepped), ALONG, 3))
+    for family, (held, moved, run) in enumerate(np.repeat(CURVES, 2, axis=0)):
+        joints[family, ..., held] = (low, high)[family % 2]
+        joints[family, ..., moved] = stepped[:, None]
+        joints[family, ..., run] = running
+    return machine.position(machine.forward_kinematics(joints))
+
+
 def _box_surface(
     count: int,
 ) -> tuple[FloatArray, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
@@ -139,7 +160,7 @@ def volume_by_surfaces(machine: Spr3, step: float = STEP) -> float:
 
 
 def volume_by_quadrature(machine: Spr3, nodes: int = NODES) -> float:
-    """Return the integral of 1 / det J over the joint box, m^3; NaN where it isn't one-to-one."""
+    """Return the integral of 1 / det J over the joint box, m^3; NaN where det J isn't > 0."""
     lam = (machine.q_max - machine.q_min) / (machine.q_max + machine.q_min)
     share, det, volume, _ = box_means(
         machine.a, machine.b, machine.q_c, lam, 0.0, 1.0, *symmetric_cube(nodes)

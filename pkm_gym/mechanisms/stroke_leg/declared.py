@@ -180,6 +180,7 @@ STROKE_LEG = Declaration(
     title="2-DOF stroke-amplification leg of a quadruped",
     problem="pkm_gym.mechanisms.stroke_leg.problem:StrokeLegProblem",
     task=StrokeLegTask,
+    products={"l_max": ("ratio", "l_min")},
     options=StrokeLegOptions,
     design=Design,
     indices=Indices,
@@ -323,6 +324,7 @@ STROKE_LEG_GAIT = Declaration(
     title="stroke-amplification leg for a given gait",
     problem="pkm_gym.mechanisms.stroke_leg.gait:StrokeLegGaitProblem",
     task=GaitTask,
+    products={"l_max": ("ratio", "l_min")},
     design=GaitDesign,
     indices=GaitIndices,
     limits=GaitLimits,
@@ -346,7 +348,7 @@ STROKE_LEG_GAIT = Declaration(
     starts=6,
     neighbours=6,
     evolutions=3,
-    thorough=3,
+    thorough=(0, 3),
     splits={"train": 2048, "val": 64, "test": 64, "ood": 64},
 )
 

@@ -14,6 +14,7 @@ from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import gauss_jacobi
+from pkm_gym.core.tally import TALLY
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.stroke_leg.alike import middle_of_arc
 from pkm_gym.mechanisms.stroke_leg.declared import (
@@ -76,6 +77,7 @@ class StrokeLegGaitProblem(DesignProblem):
 
     def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
         """Return the log objective and the limits at every point of the boundary, one by one."""
+        TALLY.designs += len(designs)
         rows = np.empty((len(designs), columns(len(self._edge))))
         full = np.ascontiguousarray(self.complete(designs))
         take_apart(5.0 * len(full), full, tasks, *self._nodes, self._edge, rows)

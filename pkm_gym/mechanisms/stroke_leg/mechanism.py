@@ -49,6 +49,14 @@ def explain_angles(named: Mapping[str, float]) -> str:
     return ""
 
 
+DEAD_POINTS = {  # what they are at a pose
+    "dead_A_short": "angle of OA to its dead line, cylinder AB short",
+    "dead_A_long": "angle of OA to its dead line, cylinder AB long",
+    "dead_D_short": "angle of OD to its dead line, cylinder CD short",
+    "dead_D_long": "angle of OD to its dead line, cylinder CD long",
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Leg(Mechanism):
     """A leg: two cranks that cylinders turn, each one body with an upper link of the rhombi.
@@ -203,15 +211,23 @@ class Leg(Mechanism):
         """Return what all legs have in common at poses (..., 2): cylinders, gap, dead points."""
         lengths = self.inverse_kinematics(pose)
         maps = {
-            "gap": IndexMap("gap", "m", "min", self.local_indices(pose)["gap"]),
+            "gap": IndexMap(
+                "gap",
+                "m",
+                "min",
+                self.local_indices(pose)["gap"],
+                doc="distance of the cylinders' axes",
+            ),
             **{
-                name: IndexMap(name, "rad", "min", values)
+                name: IndexMap(name, "rad", "min", values, doc=DEAD_POINTS[name])
                 for name, values in self.dead_point_angles(pose).items()
             },
         }
-        for k, name in enumerate(("l2", "l4")):
-            maps[f"{name}_min"] = IndexMap(name, "m", "min", lengths[..., k])
-            maps[f"{name}_max"] = IndexMap(name, "m", "max", lengths[..., k])
+        for k, (name, cylinder) in enumerate((("l2", "AB"), ("l4", "CD"))):
+            for kind in ("min", "max"):
+                maps[f"{name}_{kind}"] = IndexMap(
+                    name, "m", kind, lengths[..., k], doc=f"length of the cylinder {cylinder}"
+                )
         return maps
 
     # How it is drawn ------------------------------------------------------------------------------

@@ -11,8 +11,6 @@ are stiff, and the twin is without gravity; the check reports how far it would s
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import mujoco
 import numpy as np
 
@@ -20,12 +18,14 @@ from pkm_gym.core.planar_twin import AXES
 from pkm_gym.core.twin import (
     BANDWIDTH,
     Course,
+    PistonSpeeds,
     Solver,
     add_drive,
     add_machine,
     add_stage,
     check_reach,
     close_loop,
+    drive_pistons,
     new_spec,
 )
 from pkm_gym.core.types import FloatArray
@@ -144,62 +144,21 @@ def course(machine: Leg, samples: int = 201, task: object = None) -> Course:
     return Course(step.period, motion.position, motion.velocity)
 
 
-class PistonSpeeds(NamedTuple):
-    """What two cylinders do along a step.
-
-    Times are (n,), s; the poses (n, 2), m, are the foot's in MuJoCo; the speeds (n, 2), m/s, are
-    what MuJoCo has, what the Jacobian says of the foot's motion in MuJoCo, and what it says of the
-    step as it is planned.
-    """
-
-    times: FloatArray
-    poses: FloatArray
-    twin: FloatArray
-    analytic: FloatArray
-    planned: FloatArray
-
-
 def piston_speeds(machine: Leg, step: Step | None = None, samples: int = 200) -> PistonSpeeds:
     """Let the servos take the twin along a step, by default its own; compare its piston speeds.
 
-    The servos know the lengths and rates of inverse kinematics but no inertia, so the foot lags by
-    some tenths of a millimetre and the speeds differ from the planned ones by some 1e-4 m/s. Hence
-    the Jacobian gets the foot's motion as MuJoCo has it: its way over a time step, at the middle of
-    that way, since MuJoCo's velocities are those from one position to the next.
+    The foot lags by some tenths of a millimetre and the speeds differ from the planned ones by some
+    1e-4 m/s.
 
     Raises:
         ValueError: for a step out of reach.
     """
     step = step or step_of(machine)
-    moves = round(step.period / SOLVER.timestep)
-    times = np.linspace(0.0, step.period, moves + 1)
-    motion = step.motion(times)
-    lengths = machine.inverse_kinematics(motion.position)
-    check_reach(lengths, motion.position[0])
-    planned = np.einsum("nij,nj->ni", machine.inverse_jacobian(motion.position), motion.velocity)
-    controls = lengths - lengths[0] + 2.0 / BANDWIDTH * planned  # the servos brake by kv = 2 kp / w
-
-    model = build(machine, motion.position[0]).compile()
-    data = mujoco.MjData(model)
-    servos = [model.actuator(f"servo_{name}").id for name in machine.joint_names]
-    rates = [model.joint(name).dofadr[0] for name in machine.joint_names]
-    origin, foot = (model.site(name).id for name in ("origin", "tcp"))
-    wanted = np.round(np.linspace(0, moves, samples + 1)[1:]).astype(int)
-    measured: list[FloatArray] = []
-    ends: list[FloatArray] = []
-    for k in range(1, moves + 1):
-        data.ctrl[servos] = controls[k]
-        mujoco.mj_step(model, data)
-        if k == wanted[len(measured)]:
-            before = data.site_xpos[foot].copy()
-            mujoco.mj_kinematics(model, data)
-            ends.append(np.stack([before, data.site_xpos[foot]]) - data.site_xpos[origin])
-            measured.append(data.qvel[rates].copy())
-    way = np.array(ends) @ AXES[:, :2]
-    poses = way.mean(axis=1)
-    inverse = machine.inverse_jacobian(poses)
-    analytic = np.einsum("nij,nj->ni", inverse, np.diff(way, axis=1)[:, 0] / SOLVER.timestep)
-    return PistonSpeeds(times[wanted], poses, np.array(measured), analytic, planned[wanted])
+    motion = step.motion(np.linspace(0.0, step.period, round(step.period / SOLVER.timestep) + 1))
+    course = Course(step.period, motion.position, motion.velocity)
+    home = motion.position[0]
+    spec = build(machine, home)
+    return drive_pistons(machine, spec, home, course, samples, lambda points: points[:, :2])
 
 
 def step_of(machine: Leg) -> Step:

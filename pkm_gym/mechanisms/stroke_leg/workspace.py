@@ -37,8 +37,14 @@ class StrokeLeg(Leg):
         eta = np.where(inside, local["eta"], np.nan)
         force = np.where(inside, local["sigma_max"], np.nan)
         return {
-            "eta_P": IndexMap("eta", "", "mean", eta),
-            "force": IndexMap("sigma_max", "", "max", force),
+            "eta_P": IndexMap("eta", "", "mean", eta, doc="condition number of J"),
+            "force": IndexMap(
+                "sigma_max",
+                "",
+                "max",
+                force,
+                doc="largest force of the cylinders (norm) for a unit force on the foot",
+            ),
             "eta_DL": IndexMap("eta", "", "min", eta, drawn=False),
             **maps,
         }
@@ -88,11 +94,29 @@ class GaitLeg(Leg):
         vertical = self.cylinder_forces(pose, np.array([0.0, 1.0]))
         return {
             "thrust_rms": IndexMap(
-                "cylinder forces", "", "mean", np.linalg.norm(vertical, axis=-1)
+                "cylinder forces",
+                "",
+                "mean",
+                np.linalg.norm(vertical, axis=-1),
+                doc="cylinders' forces (norm) for a unit vertical force",
             ),
-            "thrust": IndexMap("thrust", "", "max", self.largest_thrust(pose)),
-            "rate": IndexMap("rate", "", "max", self.local_indices(pose)["rate"]),
-            "theta_min": IndexMap("theta", "rad", "min", theta),
+            "thrust": IndexMap(
+                "thrust",
+                "",
+                "max",
+                self.largest_thrust(pose),
+                doc="largest force of a cylinder for a unit force within the cone",
+            ),
+            "rate": IndexMap(
+                "rate",
+                "",
+                "max",
+                self.local_indices(pose)["rate"],
+                doc="largest speed of a piston for a unit speed of the foot",
+            ),
+            "theta_min": IndexMap(
+                "theta", "rad", "min", theta, doc="half opening angle of the rhombi"
+            ),
             "theta_max": IndexMap("theta", "rad", "max", theta, drawn=False),
             **super(GaitLeg, self).index_maps(pose),
         }

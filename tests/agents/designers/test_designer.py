@@ -159,7 +159,7 @@ def test_a_config_that_is_none_is_refused(written):
     with pytest.raises(ValueError, match="no JSON file"):
         read_designer(written)
     written.write_text("[]")
-    with pytest.raises(ValueError, match="is no designer: it lacks"):
+    with pytest.raises(ValueError, match=r"is no designer: it is .*a table"):
         read_designer(written)
 
 
@@ -177,8 +177,10 @@ def test_an_sb3_model_that_is_trusted_acts_as_itself(small, tmp_path):
     run, course = small("ppo", "environment.free=['lam_e','lam_l','gap']")
     model = make_model(run, course)
     path = str(tmp_path / "a.zip")
+    model.num_timesteps = 96
     model.save(path)
-    designer = load_model(path, trust=True, env_id="PKM/Diamond-v0")
+    designer, steps = load_model(path, trust=True, env_id="PKM/Diamond-v0")
+    assert steps == 96
     observations = model.env.reset()
     expected, _ = model.predict(observations, deterministic=True)
     np.testing.assert_allclose(designer.policy(observations), expected, atol=1e-6)

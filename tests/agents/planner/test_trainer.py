@@ -53,6 +53,7 @@ def test_training_writes_its_folder(prepared):
     designer, origin = read_designer(run.folder / BEST)
     assert isinstance(designer.policy, Planner)
     assert origin.score == best
+    assert origin.pool == len(course.pool)
     assert designer.rules.budget == 12
 
 

@@ -113,5 +113,5 @@ def test_an_unknown_algorithm_is_refused():
 
 def test_a_file_that_is_no_toml_is_refused(tmp_path):
     (tmp_path / "mine.toml").write_text("steps = ")
-    with pytest.raises(ValueError, match="is no TOML file"):
+    with pytest.raises(ValueError, match="is no recipe: it is no TOML, see its end"):
         read_recipe("ppo", "PKM/Diamond-v0", file=tmp_path / "mine.toml")

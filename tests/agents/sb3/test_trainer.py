@@ -63,6 +63,7 @@ def test_training_writes_its_folder_and_changes_the_weights(small, algorithm):
     assert any(not torch.equal(before[name], after[name]) for name in before)
     designer, origin = read_designer(run.folder / BEST)
     assert origin.score == best
+    assert origin.pool == 0
     assert designer.design(None or {}).designs.shape == (1, 12, 1)
 
 

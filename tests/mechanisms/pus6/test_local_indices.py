@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import ortho_group
 
-from pkm_gym.mechanisms.pus6.five import squared
+from pkm_gym.core.five import squared
 from pkm_gym.mechanisms.pus6.influence import moving_slice, turning_slice
 from pkm_gym.mechanisms.pus6.mechanism import NAMES, Pus6
 

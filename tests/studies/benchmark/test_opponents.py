@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 import optuna
 import pytest
 
-from pkm_gym.benchmark import Evaluator, Spent, find_method, load_split
+from pkm_gym.benchmark import Session, Spent, Training, View, find_method, load_split
 from pkm_gym.benchmark.methods import METHODS
 from pkm_gym.benchmark.optima import KnownOptima
 from pkm_gym.benchmark.splits import manifest
@@ -31,28 +30,29 @@ def shipped(request) -> tuple[DesignProblem, Pool, Pool]:
     """Each problem that has splits, with its first solvable tasks of val and the rest as a pool."""
     problem, split = load_split(request.param, "val")
     rows = np.flatnonzero(split.solvable)
-    return problem, part(split, rows[:TASKS]), part(split, rows[TASKS:])
+    return problem, split.only(rows[:TASKS]), split.only(rows[TASKS:])
 
 
-def part(pool: Pool, rows: np.ndarray) -> Pool:
-    names = ("tasks", "starts", "designs", "optima", "active", "solvable")
-    return replace(pool, **{name: getattr(pool, name)[rows] for name in names})
+def prepared(name: str, problem: DesignProblem, pool: Pool):
+    found = find_method(name)
+    known = Training(problem, pool) if found.knowledge == "transfer" else None
+    return found.prepare(View.of(problem), known)
 
 
-def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Evaluator:
+def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Session:
     problem, asked, pool = shipped
-    evaluator = Evaluator(problem, asked.tasks[row], budget=budget, seed=seed)
+    session = Session(problem, asked.tasks[row], budget=budget, seed=seed)
     with suppress(Spent):
-        find_method(name).prepare(problem, pool)(evaluator)
-    return evaluator
+        prepared(name, problem, pool)(session)
+    return session
 
 
 @pytest.fixture(scope="session")
-def searched(shipped) -> Callable[[str], list[Evaluator]]:
+def searched(shipped) -> Callable[[str], list[Session]]:
     """Return what a method did on the tasks; it runs once."""
-    known: dict[str, list[Evaluator]] = {}
+    known: dict[str, list[Session]] = {}
 
-    def of(name: str) -> list[Evaluator]:
+    def of(name: str) -> list[Session]:
         if name not in known:
             known[name] = [search(name, shipped, row) for row in range(TASKS)]
         return known[name]
@@ -60,9 +60,9 @@ def searched(shipped) -> Callable[[str], list[Evaluator]]:
     return of
 
 
-def reached(evaluators: list[Evaluator]) -> float:
+def reached(sessions: list[Session]) -> float:
     """Return the median over tasks of the lowest log merit of a feasible design."""
-    return float(np.median([e.log_merit[e.feasible].min(initial=np.inf) for e in evaluators]))
+    return float(np.median([e.log_merit[e.feasible].min(initial=np.inf) for e in sessions]))
 
 
 @pytest.mark.parametrize("name", FAST)
@@ -75,13 +75,13 @@ def test_what_is_counted_is_what_was_evaluated(name, shipped, monkeypatch):
         return evaluate(designs, tasks)
 
     monkeypatch.setattr(problem, "evaluate", instrumented)
-    searching = find_method(name).prepare(problem, shipped[2])
+    searching = prepared(name, problem, shipped[2])
     seen.clear()
-    evaluator = Evaluator(problem, shipped[1].tasks[0], budget=30)
+    session = Session(problem, shipped[1].tasks[0], budget=30)
     with pytest.raises(Spent):
-        searching(evaluator)
-    assert evaluator.count == len(seen) == 30
-    np.testing.assert_array_equal(evaluator.designs, seen)
+        searching(session)
+    assert session.count == len(seen) == 30
+    np.testing.assert_array_equal(session.designs, seen)
 
 
 @pytest.mark.parametrize("name", FAST)
@@ -95,8 +95,8 @@ def test_the_same_seed_repeats_every_design(name, shipped):
 @pytest.mark.parametrize("name", FAST)
 def test_each_stays_in_the_box_and_mostly_finds_feasible_designs(name, searched, shipped):
     problem = shipped[0]
-    for evaluator in searched(name):
-        designs = evaluator.designs
+    for session in searched(name):
+        designs = session.designs
         assert len(designs) == BUDGET
         assert (designs >= problem.low).all()
         assert (designs <= problem.high).all()
@@ -123,21 +123,25 @@ def test_a_gaussian_process_searches_within_its_budget(shipped):
 
 def test_tpe_tries_the_optima_of_the_nearest_tasks_first(searched, shipped):
     problem, asked, pool = shipped
-    nearest = KnownOptima(problem, pool).nearest(asked.tasks[0], opponents.ENQUEUED)
+    nearest = KnownOptima(View.of(problem), Training(problem, pool)).nearest(
+        asked.tasks[0], opponents.ENQUEUED
+    )
     first = searched("neighbours+tpe")[0].designs[: opponents.ENQUEUED]
     np.testing.assert_allclose(first, nearest, rtol=1e-14)
 
 
 def test_cmaes_begins_around_the_optima_of_the_nearest_tasks(searched, shipped):
     problem, asked, pool = shipped
-    nearest = KnownOptima(problem, pool).nearest(asked.tasks[0], opponents.STARTED_AT)
+    nearest = KnownOptima(View.of(problem), Training(problem, pool)).nearest(
+        asked.tasks[0], opponents.STARTED_AT
+    )
     offsets = searched("neighbours+cmaes")[0].designs[:6] - nearest.mean(axis=0)
     assert np.abs(offsets / (problem.high - problem.low)).max() < 5.0 * opponents.SIGMA
 
 
 def test_any_sampler_competes(shipped):
     problem, asked, _ = shipped
-    evaluator = Evaluator(problem, asked.tasks[0], budget=12)
+    session = Session(problem, asked.tasks[0], budget=12)
     with pytest.raises(Spent):
         sampler_search(
             lambda seed: optuna.samplers.NSGAIISampler(
@@ -145,8 +149,8 @@ def test_any_sampler_competes(shipped):
                 population_size=4,
                 mutation_prob=1.0,  # so that no design comes twice
             )
-        )(evaluator)
-    assert len(np.unique(evaluator.designs, axis=0)) == 12
+        )(session)
+    assert len(np.unique(session.designs, axis=0)) == 12
 
 
 def test_a_sampler_is_told_values_and_constraints(shipped):
@@ -157,15 +161,15 @@ def test_a_sampler_is_told_values_and_constraints(shipped):
         def after_trial(self, _study, trial, _state, values):
             told.append((list(trial.params.values()), trial.constraints, values))
 
-    evaluator = Evaluator(problem, asked.tasks[0], budget=60)
+    session = Session(problem, asked.tasks[0], budget=60)
     with pytest.raises(Spent):
-        sampler_search(lambda seed: Listening(seed=seed))(evaluator)
+        sampler_search(lambda seed: Listening(seed=seed))(session)
     assert len(told) == 60
     for i, (design, constraints, (value,)) in enumerate(told):
-        np.testing.assert_allclose(design, evaluator.designs[i], rtol=1e-14)
-        assert list(constraints.values()) == evaluator.constraints[i].tolist()
-        if evaluator.feasible[i]:
-            assert value == evaluator.values[i]
+        np.testing.assert_allclose(design, session.designs[i], rtol=1e-14)
+        assert list(constraints.values()) == session.constraints[i].tolist()
+        if session.feasible[i]:
+            assert value == session.values[i]
 
 
 def test_nothing_is_logged_and_the_level_stays(shipped, capfd):

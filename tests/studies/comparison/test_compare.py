@@ -22,7 +22,7 @@ def test_there_is_a_row_for_each_way(comparison):
     assert names == [
         "paper, printed",
         "paper, our model",
-        "paper's grid",
+        "our grid",
         "polished",
         *SAMPLERS,
         "verified optimum",
@@ -38,7 +38,7 @@ def test_the_rows_hold_printed_and_verified_numbers(comparison):
     assert rows["verified optimum"].value == optimum.value
     assert rows["polished"].regret == pytest.approx(0.0, abs=1e-6)
     grid = problem.evaluate(problem.grid())
-    assert rows["paper's grid"].value == grid.objectives[grid.feasible, 0].min()
+    assert rows["our grid"].value == grid.objectives[grid.feasible, 0].min()
     assert printed.verdict in comparison.verdict
     assert printed_value(problem) is printed
 
@@ -86,7 +86,7 @@ def test_another_task_is_compared_without_what_the_paper_prints():
     problem = pkm_gym.make_problem("diamond", task={"payload": 1.0}, fixed={"lam_e": 0.6})
     other = compare(problem, evaluations=5, seeds=1)
     names = [row.name for row in other.rows]
-    assert names[0] == "paper's grid"
+    assert names[0] == "our grid"
     assert names[-1] == "solved optimum"
     assert other.verdict == ""
 

@@ -10,7 +10,7 @@ import scipy.optimize
 
 import pkm_gym
 from pkm_gym.core.solve import solve_tasks
-from pkm_gym.studies.report.rows import row_of
+from pkm_gym.studies.report.rows import row_of, rows_beside_paper
 from pkm_gym.studies.search.polish import best_known, judged, polish, verified_optimum
 from pkm_gym.studies.storage.storages import default_storage
 
@@ -33,6 +33,46 @@ def test_the_recorded_optimum_is_the_one_of_just_this_problem(diamond):
     for changes in ({"task": {"payload": 1.0}}, {"inertia": "uniform-arm"}):
         other = verified_optimum(pkm_gym.make_problem("diamond", **changes))
         assert other.value != pytest.approx(optima["tau_G"].value, rel=1e-3)
+
+
+@pytest.fixture
+def edited(monkeypatch):
+    """A function that edits a problem's recorded optimum; it returns the problem."""
+
+    def made(**changes):
+        problem = pkm_gym.make_problem("spr3")
+        kept = problem.reference
+        gci = replace(kept.optima["gci"], **changes)
+        other = replace(kept, optima={**kept.optima, "gci": gci})
+        monkeypatch.setattr(type(problem), "reference", property(lambda _: other))
+        return problem
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"value": 0.2}, "paper.toml says that gci is 0.2 at its optimum 'gci', the model gives"),
+        ({"value": 1e-3}, "the model gives"),
+    ],
+)
+def test_a_recorded_optimum_that_the_model_does_not_give_is_no_verified_one(
+    edited, capsys, changes, sentence
+):
+    problem = edited(**changes)
+    optimum = verified_optimum(problem)
+    assert optimum.name == "recorded, not verified"
+    best = polish(problem, problem.printed_design()[None])
+    assert sentence in judged(row_of("", best, 0, optimum), optimum)
+    assert "agrees" not in judged(row_of("", best, 0, optimum), optimum)
+    assert sentence in capsys.readouterr().err
+    assert rows_beside_paper(best, "polished", optimum)[-1].name == "recorded, not verified"
+
+
+def test_an_optimum_of_another_design_is_refused_by_its_file(edited):
+    with pytest.raises(ValueError, match=r"paper.toml' is no reference: "):
+        verified_optimum(edited(design={"H": 0.3}))
 
 
 def test_an_optimum_that_is_not_recorded_is_solved():
@@ -60,7 +100,7 @@ def test_an_optimum_on_which_the_seeds_disagree_is_called_uncertain(monkeypatch)
     optimum = verified_optimum(problem)
     assert optimum.name == "uncertain optimum"
     row = row_of("", problem.evaluate(problem.design(optimum.design)[None]), 0, optimum)
-    assert "by seeds that disagree" in judged(row, optimum)
+    assert "by searches that disagree" in judged(row, optimum)
 
 
 def test_a_task_without_a_feasible_design_has_no_verified_optimum():
@@ -75,7 +115,9 @@ def test_a_polished_design_is_judged_by_its_distance(diamond):
     evaluation = diamond.evaluate(diamond.printed_design()[None])
     paper = row_of("paper", evaluation, 0, optimum)
     assert paper.regret == pytest.approx(paper.value / optimum.value - 1.0, abs=1e-7)
-    assert f"{100 * paper.regret:.3g} % behind it" in judged(paper, optimum)
+    assert f"{100 * paper.regret:.3g} % behind the verified optimum (recorded)" in judged(
+        paper, optimum
+    )
     best = row_of("best", polish(diamond, diamond.printed_design()[None]), 0, optimum)
     assert judged(best, optimum).startswith("agrees")
     broken = row_of("broken", diamond.evaluate(np.array([[0.2, 1.2, 0.7]])), 0, optimum)

@@ -103,7 +103,7 @@ def overview(problem: DesignProblem) -> Figure:
 
 def counts(problem: DesignProblem) -> Figure:
     """Draw the counted poses of all designs, and how far they are from Table 1."""
-    printed = np.array(problem.reference.data["table1"]["counts"], dtype=float)
+    printed = np.array(problem.reference.table("table1.counts", list[list[float]]))
     ours = square(lattice().poses)
     off = 100.0 * (ours / printed - 1.0)
     figure = plots.new_figure(WIDTH, 3.7)

@@ -170,10 +170,10 @@ def _at_printed(axes: Axes) -> None:
 
 def _draw_table(axes: Axes, problem: DesignProblem) -> None:
     """Draw eta_alpha of Table 2 and in both conventions."""
-    table = problem.reference.data["table2"]
-    rows = np.array(table["rows"])
+    columns = problem.reference.table("table2.columns", list[str])
+    rows = np.array(problem.reference.table("table2.rows", list[list[float]]))
     at = (11 * (rows[:, 0] - 45) + rows[:, 1] - 10).astype(int)
-    printed, x = rows[:, table["columns"].index("eta_alpha")], np.arange(len(rows))
+    printed, x = rows[:, columns.index("eta_alpha")], np.arange(len(rows))
     axes.plot(x, printed, linestyle="none", marker="_", markersize=13, color=plots.STYLE["ink"],
               markeredgewidth=2.0, label="printed", zorder=4)  # fmt: skip
     for (name, _), marker in zip(CONVENTIONS.items(), ("o", "s"), strict=True):

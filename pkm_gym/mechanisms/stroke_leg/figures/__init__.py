@@ -26,5 +26,5 @@ PICTURES = {
     },
 }
 ANIMATIONS = {
-    "stroke_leg": {"trot": Animation("the trot of four legs", motion.trot_frames, motion.FPS)}
+    "stroke_leg": {"trot": Animation("the trot of four legs", motion.trot_frames, motion.FPS, True)}
 }

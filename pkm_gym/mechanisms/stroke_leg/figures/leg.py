@@ -97,7 +97,12 @@ def comparison(problem: DesignProblem) -> Figure:
 
 def printed_leg(problem: DesignProblem) -> StrokeLeg:
     """Return the leg that the paper prints."""
-    machine = problem.mechanism(problem.printed_design())
+    return leg_of(problem, None)
+
+
+def leg_of(problem: DesignProblem, design: FloatArray | None) -> StrokeLeg:
+    """Return the leg of a design (d,), of the printed one if none is given."""
+    machine = problem.mechanism(problem.printed_design() if design is None else design)
     assert isinstance(machine, StrokeLeg)
     return machine
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym import plots
-from pkm_gym.mechanisms.stroke_leg.figures.leg import WIDTH, draw_leg, printed_leg
+from pkm_gym.mechanisms.stroke_leg.figures.leg import WIDTH, draw_leg, leg_of, printed_leg
 from pkm_gym.mechanisms.stroke_leg.mechanism import Leg
 from pkm_gym.mechanisms.stroke_leg.step import TROT, Step
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pkm_gym.core.problem import DesignProblem
+    from pkm_gym.core.types import FloatArray
 
 ERROR = 1.6  # 1e-6 m/s, of Fig. 8
 LEGS = ("left front", "right front", "left rear", "right rear")
@@ -58,9 +59,9 @@ def trot(problem: DesignProblem) -> Figure:
     return figure
 
 
-def trot_frames(problem: DesignProblem) -> Iterator[Figure]:
-    """Draw a period of the trot, a figure a frame."""
-    machine, step = printed_leg(problem), Step()
+def trot_frames(problem: DesignProblem, design: FloatArray | None = None) -> Iterator[Figure]:
+    """Draw a period of a design's trot, the printed one's if none is given, a figure a frame."""
+    machine, step = leg_of(problem, design), Step()
     for time in np.arange(0.0, step.period, 1.0 / FPS).tolist():
         figure = plots.new_figure(6.4, 3.9)
         axes = plots.panel(figure, (0.0, 0.0, 1.0, 1.0))

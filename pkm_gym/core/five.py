@@ -1,4 +1,4 @@
-"""Compiled algebra of vectors of five numbers and 5x5 matrices, on scalars: see ``influence``.
+"""Compiled algebra of vectors of five numbers and 5x5 matrices, on scalars.
 
 A vector is a tuple, a symmetric matrix its fifteen entries on and above the diagonal, row by row.
 """
