@@ -22,11 +22,18 @@ from pkm_gym.core.limit import Limit
 from pkm_gym.envs.observation import scaled_tasks
 
 BUDGET = 12
+FEW = 500
 
 
 @pytest.fixture(scope="module")
 def pool(shipped):
     return load_split(shipped[0].name, "train")[1]
+
+
+@pytest.fixture(scope="module")
+def few(pool):
+    """So many training tasks that what is made of them is made soon."""
+    return pool.first(FEW)
 
 
 @pytest.fixture(scope="module")
@@ -153,11 +160,11 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
     assert np.isfinite(found[2]).mean() > 0.9
 
 
-def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
+def test_cobyqa_goes_on_where_the_ladder_ends(shipped, few):
     problem, split = shipped
     rows = np.flatnonzero(split.solvable)[:6].tolist()
     climb, further = (
-        m.prepare(View.of(problem), Training(problem, pool))
+        m.prepare(View.of(problem), Training(problem, few))
         for m in (interpolated, interpolated_cobyqa)
     )
     for row in rows[:3]:
@@ -170,9 +177,9 @@ def test_cobyqa_goes_on_where_the_ladder_ends(shipped, pool):
     assert np.median(refined) < share * np.median(climbed)
 
 
-def test_slsqp_goes_on_where_the_ladder_ends(shipped, pool):
+def test_slsqp_goes_on_where_the_ladder_ends(shipped, few):
     problem, split = shipped
-    further = interpolated_slsqp.prepare(View.of(problem), Training(problem, pool))
+    further = interpolated_slsqp.prepare(View.of(problem), Training(problem, few))
     for row in np.flatnonzero(split.solvable)[:3].tolist():
         climbed, _ = regret(problem, split, row, further, budget=RUNGS_BEFORE)
         refined, count = regret(problem, split, row, further, budget=40)

@@ -51,6 +51,7 @@ def test_an_optimum_that_is_told_with_more_digits_stays_certified(
     np.testing.assert_array_equal(found.certified, [True, False, True])
 
 
+@pytest.mark.slow
 def test_an_evolution_finds_a_basin_to_which_hardly_a_descent_leads() -> None:
     problem, split = load_split("stroke_leg_gait", "test")
     task = split.tasks[17:18]
