@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Reference, Value
 from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.mechanisms.diamond import figures as diamond_figures
+from pkm_gym.mechanisms.diamond.declared import presets
+from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, lumped_inertia
 from pkm_gym.mechanisms.diamond.findings import INTERVALS
 from pkm_gym.mechanisms.diamond.problem import SCAN
 
@@ -117,6 +120,25 @@ def test_what_the_printed_torque_would_need(
     machine = replace(diamond.mechanism(diamond.printed_design()), I_A=I_A, m=m)
     found = machine.local_indices(machine.workspace_grid(401, 41))["tau"].max()
     assert found == pytest.approx(tau_G, abs=3e-4)
+
+
+def test_no_literal_reading_of_the_inertia_tables_gives_the_printed_torque(
+    diamond: DesignProblem,
+) -> None:
+    machine: Any = diamond.mechanism(diamond.printed_design())
+    printed = presets()["printed"]
+    poses, found = machine.workspace_grid(101, 21), []
+    for arm, elbow, platform in product(
+        (1 / 12, 1 / 3), (2 / 9, 1 / 3, 2 / 3, 1.0, 4 / 3, 2.0), (2 / 3, 1.0, 4 / 3, 2.0)
+    ):
+        inertia = replace(printed, arm=arm, rod_elbow=elbow, rod_platform=platform)
+        row = np.array([getattr(inertia, name) for name in INERTIA_NAMES])
+        I_A, m, _ = lumped_inertia(machine.l1, machine.l2, 0.0, row)
+        found.append(replace(machine, I_A=I_A, m=m).local_indices(poses)["tau"].max())
+    least, most = (f"{end(found):.3f}" for end in (min, max))
+    said = f"all {len(found)} literal readings of the inertia tables give {least} to {most}"
+    assert said in " ".join(PAGE.split())
+    assert max(found) < 0.95 * REFERENCE.values["tau_G"].printed
 
 
 @pytest.mark.parametrize(
