@@ -166,11 +166,14 @@ def _show(screen: Console, answered: AnsweredTask) -> None:
     sizes = [_sizes(problem, design, designs.tasks[0]) for design in designs.designs[0]]
     units = {name: unit for row in sizes for name, (_, unit) in row.items()}
     heads = [f"{name} {converted(0.0, unit)[1]}".rstrip() for name, unit in units.items()]
-    rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
+    own = len(problem.variables)  # the others are what they make
+    shown = ("evaluation", *heads[:own], "merit", "feasible", *heads[own:])
+    rows = table(*shown, numbers=[*heads, "merit"])
     for i, row in enumerate(sizes):
         feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
-        numbers = [_number(*row[name]) if name in row else "" for name in units]
-        rows.add_row(f"{i + 1}", *numbers, f"{designs.merit[0, i]:.6f}", feasible)
+        cells = [_number(*row[name]) if name in row else "" for name in units]
+        merit = f"{designs.merit[0, i]:.6f}"
+        rows.add_row(f"{i + 1}", *cells[:own], merit, feasible, *cells[own:])
     screen.print(section("Its session"))
     screen.print(rows)
     screen.print(

@@ -56,7 +56,7 @@ def _task(problem: DesignProblem) -> Iterator[dict[str, Any]]:
         least, most = p.drawn(fields)
         family = {"low": least, "high": most} if least < most else {}
         own = {"value": p.value(usual), "low": low, "high": high}
-        doc = f"{p.doc}, {p.words}, in its place"
+        doc = f"{p.doc}, {p.words}, in place of {p.ratio}"
         yield _row("task", f"task.{name}", doc, p.unit, **own, family=family)
 
 

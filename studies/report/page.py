@@ -165,7 +165,7 @@ def _task(problem: DesignProblem) -> Iterator[Sequence[str]]:
     for name, p in problem.declared.products.items():
         low, high = p.drawn(fields)
         drawn = _span(low, high) if low < high else ""
-        what = f"{p.doc}, `{p.words}`, in its place"
+        what = f"{p.doc}, `{p.words}`, in place of `{p.ratio}`"
         value = f"{p.value(usual):.6g}"
         yield f"`{name}`", value, p.unit, drawn, _span(*p.legal(fields)), what
 

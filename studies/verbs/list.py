@@ -107,7 +107,7 @@ def _task(problem: DesignProblem) -> Any:
         low, high = p.drawn(fields)
         drawn = span(low, high, p.unit) if low < high else ""
         allowed = span(*p.legal(fields), p.unit)
-        doc = f"{p.doc}, {p.words}, in its place"
+        doc = f"{p.doc}, in place of {p.ratio}"
         rows.add_row(name, *shown(p.value(usual), p.unit), drawn, allowed, doc, style=FAINT)
     return rows
 
