@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.files import check_regular, whole_file
 from pkm_gym.studies.cli.terminal import console
 
 ROWS, UNITS = "rows", "units"
@@ -38,9 +38,17 @@ class Output:
 
         Raises:
             ValueError: in one sentence.
+            OSError: where there is a folder, a pipe or a device of that name.
         """
         if self.table is not None and self.table.suffix.lower() != ENDING:
             raise ValueError(f"can't write {str(self.table)!r}: its name must end in {ENDING}")
+        if self.table is not None:
+            check_regular(self.table)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anything is handed out."""
+        return self.as_json or self.table is not None
 
     @cached_property
     def screen(self) -> Console:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
+from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.task import Task
 from pkm_gym.mechanisms import called
@@ -39,6 +41,11 @@ def design_units(problem: DesignProblem) -> dict[str, dict[str, str]]:
     return {"design": variables, "derived": dict(problem.derived_units)}
 
 
+def units_told(problem: DesignProblem) -> dict[str, Any]:
+    """Return the units of a row, and of what is asked."""
+    return {**units_asked(problem), "value": problem.objectives[0].unit, **design_units(problem)}
+
+
 def record(problem: DesignProblem, row: Row) -> dict[str, Any]:
     """Return a row with its derived dimensions."""
     derived = {name: value for name, (value, _) in dimensions_of(problem, row).items()}
@@ -47,10 +54,34 @@ def record(problem: DesignProblem, row: Row) -> dict[str, Any]:
 
 def told(problem: DesignProblem, rows: Sequence[Row], **more: Any) -> dict[str, Any]:
     """Return what a verb says of a problem, with its table's rows; ``more`` is put between."""
-    units = {**units_asked(problem), "value": problem.objectives[0].unit, **design_units(problem)}
     return {
         **asked(problem),
         **more,
-        "units": units,
+        "units": units_told(problem),
         "rows": [record(problem, row) for row in rows],
+    }
+
+
+def solved_tasks(problem: DesignProblem, pool: Pool, path: Path) -> dict[str, Any]:
+    """Return a pool of solved tasks, a row each."""
+    return {
+        **asked(problem),
+        "pool": path,
+        "units": units_told(problem),
+        "rows": [_solved(problem, pool, i) for i in range(len(pool))],
+    }
+
+
+def _solved(problem: DesignProblem, pool: Pool, i: int) -> dict[str, Any]:
+    task, design = problem.unpack(pool.tasks[i]), pool.designs[i]
+    active = [name for name, on in zip(problem.constraint_names, pool.active[i], strict=True) if on]
+    return {
+        "solvable": bool(pool.solvable[i]),
+        "certified": bool(pool.certified[i]),
+        "value": float(pool.optima[i]),
+        "design": problem.named(design),
+        "derived": {name: value for name, (value, _) in problem.derived(design, task).items()},
+        "task": asdict(task),
+        "task_derived": {k: x for k, (x, _) in problem.declared.products_of(task).items()},
+        "active": active,
     }

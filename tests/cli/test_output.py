@@ -29,8 +29,8 @@ from pkm_gym.studies.report.rows import (
 
 # Verbs whose result is a file, a picture or a page, and what is on the screen only says where.
 FILES = {
-    "dashboard", "export", "figures", "movie", "new", "page", "picture", "restamp", "solve-tasks",
-    "splits", "train", "tune",
+    "dashboard", "export", "figures", "movie", "new", "page", "picture", "restamp", "splits",
+    "train", "tune",
 }  # fmt: skip
 
 TOLD = {
@@ -50,6 +50,7 @@ TOLD = {
     "benchmark": ("benchmark", "diamond", "--method", "random", "--tasks", 2, "--evaluations", 4,
                   "--jobs", 1),
     "calibrate": ("calibrate", "spr3_cylinder", "-n", 1),
+    "solve-tasks": ("solve-tasks", "diamond", "-n", 3),
 }  # fmt: skip
 
 
@@ -116,6 +117,11 @@ def test_logs_are_scored_for_programs_as_for_people(run):
     assert kept["median_4"] == f"{row['after']['4']['median'] or math.inf:.4g}"
 
 
+def test_what_a_family_draws_is_not_set(refused):
+    said = refused("solve-tasks", "diamond", "-n", 2, "--set", "task.b=0.9", "task.h=160mm")
+    assert said.startswith("task.b is set to 900.0 mm, and the Family draws it from 400.0 mm to ")
+
+
 def test_without_json_the_table_goes_with_what_people_read(run):
     told = run("polish", "diamond", "--csv", "a.csv").stdout
     assert "verified optimum" in told
@@ -128,6 +134,8 @@ def test_a_table_of_another_name_is_refused_before_anything_is_done(refused, tmp
     said = refused("search", "diamond", "--csv", "a.txt")
     assert said == "can't write 'a.txt': its name must end in .csv"
     assert list(tmp_path.iterdir()) == []
+    (tmp_path / "a.csv").mkdir()
+    assert "a.csv: Is a directory" in refused("search", "diamond", "--csv", "a.csv")
 
 
 @pytest.mark.parametrize("name", problems())
