@@ -69,10 +69,7 @@ def dimensions_of(problem: DesignProblem, row: Row) -> dict[str, Dimension]:
 
 
 def told_dimensions(problem: DesignProblem, rows: Sequence[Row]) -> dict[str, list[str]]:
-    """Return the lengths and angles that rows' ratios make, as a column of text each, and units.
-
-    By title, the unit first; none where the variables are lengths themselves.
-    """
+    """Return the lengths and angles that rows' ratios make, by title: the unit, and text each."""
     found = [dimensions_of(problem, row) for row in rows]
     names = {name: unit for sizes in found for name, (_, unit) in sizes.items() if unit}
     return {

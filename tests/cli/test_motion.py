@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -72,10 +73,11 @@ def test_a_driver_is_tuned(run, monkeypatch):
     monkeypatch.setattr(tuning, "SEEDS", (0,))
     monkeypatch.setattr(tuning, "FRESH", range(100, 101))
     monkeypatch.setattr("pkm_gym.agents.verbs.tune.FRESH", range(100, 101))
-    result = run("tune", *TRAIN[1:], "--trials", 1)
+    result = run("tune", *TRAIN[1:], "--trials", 1, "--csv", "tuned.csv")
     assert result.exit_code == 0, result.stderr
     assert "The best of 1 trials" in result.stdout
     assert "one fresh seed" in result.stdout
+    assert Path("tuned.csv").read_text().startswith("hyperparameter,value\n")
 
 
 def test_a_model_is_no_driver(refused, tmp_path):

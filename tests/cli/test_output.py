@@ -30,7 +30,7 @@ from pkm_gym.studies.report.rows import (
 # Verbs whose result is a file, a picture or a page, and what is on the screen only says where.
 FILES = {
     "dashboard", "export", "figures", "movie", "new", "page", "picture", "restamp", "splits",
-    "train", "tune",
+    "train",
 }  # fmt: skip
 
 TOLD = {
