@@ -17,10 +17,17 @@ from pkm_gym.agents.verbs.zoo import median_words
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.names import check_known
 from pkm_gym.core.pool import Pool
+from pkm_gym.studies.benchmark.scored import REGRET, scored
 from pkm_gym.studies.benchmark.tables import show
-from pkm_gym.studies.cli.options import SplitsOption, output_option
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    PlainJsonOption,
+    SplitsOption,
+    output_option,
+)
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import own_command
-from pkm_gym.studies.cli.terminal import FAINT, console, table
+from pkm_gym.studies.cli.terminal import FAINT, table
 
 
 def command(
@@ -57,12 +64,15 @@ def command(
     pool: Annotated[
         int, typer.Option(metavar="N", min=0, help="Solved tasks that a .zip was trained on.")
     ] = 0,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Score trained agents on tasks that they never saw.
 
     Tune on val only; test is for what is published. Its training counts as a cost, and so do the
     solved tasks that it was trained on.
     """
+    out = Output(as_json, csv)
     check_known("split", [split], SCORED)
     if tasks is not None and (output or splits):
         raise ValueError("--tasks is no split: leave out --output and --folder")
@@ -75,16 +85,20 @@ def command(
             designer, origin = read_designer(designer_path(model))
             agents.append(Agent(designer, origin.steps, origin.pool))
     if tasks is not None:
-        _show_on(tasks, {name: agent.designer for name, agent in zip(models, agents, strict=True)})
+        _show_on(
+            out, tasks, {name: agent.designer for name, agent in zip(models, agents, strict=True)}
+        )
         return
     logs = record(agents, split, own_command(), splits)
     if output:
         for log in logs:
             log.save(output / f"designer-{log.setting.seed}.npz")
-    show(console(), standings(logs))
+    measured = standings(logs)
+    show(out.screen, measured)
+    out.give(scored(measured))
 
 
-def _show_on(tasks: Path, designers: Mapping[str, Designer]) -> None:
+def _show_on(out: Output, tasks: Path, designers: Mapping[str, Designer]) -> None:
     """Print how good designers are on a file of solved tasks."""
     scores = {
         name: score_on(designer, Pool.load(tasks, designer.problem))
@@ -98,11 +112,21 @@ def _show_on(tasks: Path, designers: Mapping[str, Designer]) -> None:
         rows.add_row(
             name, f"{one.tasks}", f"{one.score:.4f}", *medians, f"{100.0 * one.feasible:.1f} %"
         )
-    screen = console()
-    screen.print(rows)
+    out.screen.print(rows)
     objective = next(iter(designers.values())).problem.objectives[0].name
-    screen.print(
+    out.screen.print(
         f"solved tasks of {tasks}, objective {objective}; k = 1, 4, ...: median regret in per cent "
         "after k evaluations",
         style=FAINT,
     )
+    told = [
+        {
+            "agent": name,
+            "tasks": one.tasks,
+            "score": one.score,
+            "median_regret": one.medians,
+            "feasible": one.feasible,
+        }
+        for name, one in scores.items()
+    ]
+    out.give({"solved_tasks": tasks, "objective": objective, "regret": REGRET, "rows": told})

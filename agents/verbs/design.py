@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -14,12 +13,14 @@ from rich.text import Text
 from pkm_gym.agents.designers.designer import Designer, Designs
 from pkm_gym.agents.designers.library import designer_for, load_designer
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.rows import Dimension
 from pkm_gym.core.solve import polish
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted
 from pkm_gym.studies.cli.arguments import GivenDesign, problem_from
 from pkm_gym.studies.cli.options import (
+    CsvOption,
     DesignFileOption,
     JsonOption,
     Name,
@@ -27,8 +28,9 @@ from pkm_gym.studies.cli.options import (
     PictureOption,
     SetOption,
 )
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import BAD, FAINT, console, section, table
+from pkm_gym.studies.cli.terminal import BAD, FAINT, section, table
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
@@ -98,6 +100,7 @@ def command(
     ] = None,
     picture: PictureOption = None,
     as_json: JsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Have a trained designer answer a task with dimensions, in a handful of evaluations.
 
@@ -105,6 +108,7 @@ def command(
 
     Example: pkm-gym design diamond --set task.b=1.0 task.payload=1.5kg
     """
+    out = Output(as_json, csv)
     problem = problem_from(name, set_, objective=objective, file=design, family=True)
     designer = load_designer(model) if model else designer_for(problem)
     if designer.problem.hash() != problem.hash():
@@ -116,14 +120,12 @@ def command(
         picture = folder / "design.png"
     if picture is not None:
         draw(report, picture)
-    if as_json:
-        print(json.dumps(content(report) | _content(answered), indent=2))
-    else:
-        screen = console()
-        show_report(screen, report)
-        _show(screen, answered)
-        screen.print(f"\npicture: {picture}", soft_wrap=True)
-        hand_over(screen, report.evaluation, folder / "design.toml")
+    show_report(out.screen, report)
+    _show(out.screen, answered)
+    if not as_json:
+        out.screen.print(f"\npicture: {picture}", soft_wrap=True)
+        hand_over(out.screen, report.evaluation, folder / "design.toml")
+    out.give(content(report) | _content(answered))
     if not report.feasible:
         raise typer.Exit(UNSOLVED)
 
@@ -161,16 +163,17 @@ def _outside(task: Task) -> tuple[str, ...]:
 
 def _show(screen: Console, answered: AnsweredTask) -> None:
     problem, designs = answered.problem, answered.designs
-    heads = [f"{v.name} {converted(0.0, v.unit)[1]}".rstrip() for v in problem.variables]
-    units = [v.unit for v in problem.variables]
-    rows = table("evaluation", *heads, "merit", "feasible", numbers=[*heads, "merit"])
-    for i, design in enumerate(designs.designs[0]):
+    sizes = [_sizes(problem, design, designs.tasks[0]) for design in designs.designs[0]]
+    units = {name: unit for row in sizes for name, (_, unit) in row.items()}
+    heads = [f"{name} {converted(0.0, unit)[1]}".rstrip() for name, unit in units.items()]
+    own = len(problem.variables)  # the others are what they make
+    shown = ("evaluation", *heads[:own], "merit", "feasible", *heads[own:])
+    rows = table(*shown, numbers=[*heads, "merit"])
+    for i, row in enumerate(sizes):
         feasible = Text("yes") if designs.feasible[0, i] else Text("no", style=BAD)
-        values = [converted(x, unit)[0] for x, unit in zip(design, units, strict=True)]
-        numbers = [
-            f"{x:.4f}" if unit else f"{x:.6f}" for x, unit in zip(values, units, strict=True)
-        ]
-        rows.add_row(f"{i + 1}", *numbers, f"{designs.merit[0, i]:.6f}", feasible)
+        cells = [_number(*row[name]) if name in row else "" for name in units]
+        merit = f"{designs.merit[0, i]:.6f}"
+        rows.add_row(f"{i + 1}", *cells[:own], merit, feasible, *cells[own:])
     screen.print(section("Its session"))
     screen.print(rows)
     screen.print(
@@ -180,13 +183,26 @@ def _show(screen: Console, answered: AnsweredTask) -> None:
     )
 
 
+def _sizes(problem: DesignProblem, design: FloatArray, task: FloatArray) -> dict[str, Dimension]:
+    """Return a design's searched variables, and the lengths and angles that its ratios make."""
+    own = zip(problem.variables, design.tolist(), strict=True)
+    variables = {v.name: Dimension(x, v.unit) for v, x in own}
+    derived = problem.derived(design, problem.unpack(task))
+    return variables | {name: one for name, one in derived.items() if one.unit}
+
+
+def _number(value: float, unit: str) -> str:
+    number, read = converted(value, unit)
+    return f"{number:.4f}" if read else f"{number:.6f}"
+
+
 def _content(answered: AnsweredTask) -> dict[str, Any]:
     designs = answered.designs
     return {
         "session": {
-            "designs": designs.designs[0].tolist(),
-            "merit": designs.merit[0].tolist(),
-            "feasible": designs.feasible[0].tolist(),
+            "designs": designs.designs[0],
+            "merit": designs.merit[0],
+            "feasible": designs.feasible[0],
         },
         "polish": {"move": answered.move, "log_merit_gain": answered.gain},
     }

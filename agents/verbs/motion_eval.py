@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
+from rich.console import Console
 
 from pkm_gym.agents.runs.environments import find_spec, is_motion
 from pkm_gym.agents.runs.options import USUAL
@@ -15,8 +15,15 @@ from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.sb3.motion import load_driver
 from pkm_gym.envs.baselines import BASELINES, Controller, Run, run
 from pkm_gym.envs.motion import MotionEnv
-from pkm_gym.studies.cli.options import SeedOption, json_option, out_option, set_option
-from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    PlainJsonOption,
+    SeedOption,
+    out_option,
+    set_option,
+)
+from pkm_gym.studies.cli.output import Output
+from pkm_gym.studies.cli.terminal import FAINT, counter, table
 from pkm_gym.twin.check import random_designs
 
 if TYPE_CHECKING:
@@ -46,7 +53,8 @@ def command(
     out: Annotated[
         Path | None, out_option("Draw the errors of those that finish the path.")
     ] = None,
-    as_json: Annotated[bool, json_option()] = False,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Let baselines and trained agents drive a twin along its path, and score them.
 
@@ -55,6 +63,7 @@ def command(
 
     Example: pkm-gym motion-eval PKM/DiamondMotion-v0 runs/agents/DiamondMotion-v0-ppo-0
     """
+    sent = Output(as_json, csv)
     spec = find_spec(env, motion=True)
     if not is_motion(spec):
         raise ValueError(f"{spec.id} is no motion environment: nothing moves in it")
@@ -68,7 +77,7 @@ def command(
     if designs:
         chosen += list(random_designs(machine.problem, designs, seed))
     scores: Scores = {}
-    with counter(console(), "runs") as bar:
+    with counter(sent.bars, "runs") as bar:
         line = bar.add_task("", total=len(controllers) * len(chosen))
         for name, controller in controllers.items():
             bar.update(line, description=name)
@@ -81,10 +90,10 @@ def command(
         from pkm_gym.plots import save
 
         save(error_figure(machine, _finished(scores)), out, dpi=150)
-    if as_json:
-        print(json.dumps({name: summary(runs) for name, runs in scores.items()}, indent=2))
-    else:
-        _show(scores, out)
+    _show(sent.screen, scores, out)
+    rows = [{"driver": name, **summary(runs)} for name, runs in scores.items()]
+    units = {"rms_error": "m", "peak_error": "m"}
+    sent.give({"environment": spec.id, "units": units, "rows": rows})
 
 
 def summary(runs: list[Run]) -> dict[str, Any]:
@@ -132,7 +141,7 @@ def _finished(scores: Scores) -> dict[str, Run]:
     return {name: runs[0] for name, runs in scores.items() if runs[0].reason == "finished"}
 
 
-def _show(scores: Scores, out: Path | None) -> None:
+def _show(screen: Console, scores: Scores, out: Path | None) -> None:
     heads = ("driver", "finished", "reward", "RMS mm", "peak mm", "force", "ended")
     rows = table(*heads, numbers=heads[1:6])
     for name, runs in scores.items():
@@ -145,7 +154,6 @@ def _show(scores: Scores, out: Path | None) -> None:
             f"{100.0 * line['peak_share']:.0f} %",
             ", ".join(line["reasons"]),
         )
-    screen = console()
     screen.print(rows)
     several = any(len(runs) > 1 for runs in scores.values())
     screen.print(

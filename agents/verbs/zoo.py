@@ -12,8 +12,15 @@ from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.designers.library import known
 from pkm_gym.agents.designers.scoring import AT
 from pkm_gym.agents.designers.shipping import take_in
-from pkm_gym.studies.cli.options import output_option
-from pkm_gym.studies.cli.terminal import FAINT, console, table
+from pkm_gym.mechanisms import called
+from pkm_gym.studies.benchmark.scored import REGRET
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    PlainJsonOption,
+    output_option,
+)
+from pkm_gym.studies.cli.output import Output
+from pkm_gym.studies.cli.terminal import FAINT, table
 
 
 def command(
@@ -37,26 +44,32 @@ def command(
         Path | None,
         output_option("Where the new one goes instead: agents/zoo, to ship it.", "FOLDER"),
     ] = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """List the trained designers, shipped and your own: for which problem, how good they are.
 
     The regrets are those of the first 64 of the benchmark's validation tasks; only feasible designs
     count.
     """
-    screen = console()
+    out = Output(as_json, csv)
+    screen = out.screen
     if add is None and (name or output):
         raise ValueError("--name and -o are those of a designer that --add takes in")
     if add is not None:
         screen.print(f"taken in: {take_in(add, name, output)}", soft_wrap=True)
-    heads = [f"k = {k}" for k in AT]
+    heads, told = [f"k = {k}" for k in AT], []
     rows = table("designer", "problem", *heads, numbers=heads)
     for known_name, path in known().items():
         designer, origin = read_designer(path)
         regrets = origin.recorded.get("regrets", {})
         medians = [median_words(regrets[str(k)]) if str(k) in regrets else "" for k in AT]
         rows.add_row(known_name, designer.problem.name, *medians)
+        name_of = {"designer": known_name, "mechanism": called(designer.problem)}
+        told.append({**name_of, "file": path, "median_regret": regrets})
     screen.print(rows)
     screen.print("k = 1, 4, ...: median regret in per cent after k evaluations", style=FAINT)
+    out.give({"regret": REGRET, "rows": told})
 
 
 def median_words(regret: float) -> str:

@@ -13,7 +13,8 @@ from pkm_gym.core.calibration import PENALTY_WEIGHT, SCALE, WORST, calibration
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.names import check_known
 from pkm_gym.core.options import Options
-from pkm_gym.core.rows import Index, Own, declared
+from pkm_gym.core.product import Product
+from pkm_gym.core.rows import Dimension, Index, Own, declared
 from pkm_gym.core.space import Space, searched_names
 from pkm_gym.core.task import Task, Variable
 from pkm_gym.core.units import converted, show, span
@@ -71,8 +72,8 @@ class Declaration:
         version: raised by whatever changes the numbers.
         penalty_weight: w of the merit, more than the constraints' multipliers; from the calibration
             if not given.
-        products: what a task may be given in place of a ratio of it: the product of that field and
-            another, in the other's unit: {"h": ("h_ratio", "b")}.
+        products: what a task may be given in place of a ratio of it, by name: a height in place of
+            height over width; each after those that its powers settle.
         dimensions: names of derived dimensions, attributes of the mechanism, that can be given in
             place of variables.
         reference: file of the paper's numbers in the package; it may be missing.
@@ -112,7 +113,7 @@ class Declaration:
     version: int = 1
     penalty_weight: float = nan
     dimensions: Sequence[str] = ()
-    products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    products: Mapping[str, Product] = field(default_factory=dict)
     reference: str = "paper.toml"
     environment: str = ""
     evaluations: int = 12
@@ -164,7 +165,16 @@ class Declaration:
         for limit in self.constraints:
             if isinstance(limit, Limit):
                 self._check(limit, units)
+        self._check_products()
         self._check_family()
+
+    def _check_products(self) -> None:
+        names = self.task.names()
+        for name, item in self.products.items():
+            unknown = [field for field in item.fields if field not in names]
+            if name in names or unknown:
+                what = f"of {unknown[0]!r}, no task field" if unknown else "a task field, too"
+                raise TypeError(f"{self.name}: the product {name!r} is {what}")
 
     def _calibrate(self, units: Mapping[str, str]) -> None:
         """Fill in the objectives' units, and from the calibration what isn't declared."""
@@ -294,6 +304,10 @@ class Declaration:
     def reporting(self) -> dict[str, Any]:
         """The options with which every index is reported."""
         return {item.reported: True for item in self.index_table if isinstance(item.reported, str)}
+
+    def products_of(self, task: Task) -> dict[str, Dimension]:
+        """Return the lengths and times of a task, of which it holds ratios."""
+        return {name: Dimension(p.value(task), p.unit) for name, p in self.products.items()}
 
     def side_of(self, field: str) -> str:
         """Return which bound a task field is, "lower" or "upper", or "" for none."""

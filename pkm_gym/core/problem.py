@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -166,15 +167,25 @@ class DesignProblem(ProblemStatement, ABC):
         return f"dimensions: {no_machine(*self._sizes(design))}"
 
     def derived(self, design: FloatArray, task: TaskLike = None) -> dict[str, Dimension]:
-        """Return the derived dimensions of a design (d,), by name."""
+        """Return the derived dimensions of a design (d,), by name; none if it makes no machine."""
         if not self.declared.dimensions:
             return {}
-        machine = self.mechanism(design, task)
-        units = machine.units()
+        try:
+            machine = self.mechanism(design, task)
+        except ValueError:
+            return {}
         return {
-            name: Dimension(float(getattr(machine, name)), units.get(name, ""))
-            for name in self.declared.dimensions
+            name: Dimension(float(getattr(machine, name)), unit)
+            for name, unit in self.derived_units.items()
         }
+
+    @cached_property
+    def derived_units(self) -> dict[str, str]:
+        """Units of the derived dimensions, by name."""
+        if not self.declared.dimensions:
+            return {}
+        units = self._mechanism(self.space.defaults(), self.task).units()
+        return {name: units.get(name, "") for name in self.declared.dimensions}
 
     def local_violations(
         self, machine: Mechanism, pose: FloatArray, task: Task

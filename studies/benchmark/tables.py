@@ -22,6 +22,7 @@ from pkm_gym.benchmark.scoring import (
 from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after, ranked
 from pkm_gym.core.files import whole_file
 from pkm_gym.mechanisms import problem_type
+from pkm_gym.studies.benchmark.scored import statistics
 from pkm_gym.studies.cli.terminal import FAINT, section, table
 
 PER_CENT = 100.0
@@ -230,15 +231,9 @@ def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
 
 
 def _figures(entry: Entry, k: int) -> dict[str, str]:
-    statistics = {
-        "median": quantile(k, 0.5),
-        "p90": quantile(k, 0.9),
-        **{f"within_{limit:g}": share_within(k, limit) for limit in WITHIN},
-        "feasible": share_feasible(k),
-    }
     return {
-        f"{name}_{k}": f"{over_seeds(function, entry.regret):.4g}" if entry.has(k) else ""
-        for name, function in statistics.items()
+        f"{name}_{k}": f"{over_seeds(statistic, entry.regret):.4g}" if entry.has(k) else ""
+        for name, statistic in statistics(k).items()
     }
 
 

@@ -120,11 +120,11 @@ def design_from(
     fix = [*(fix or ()), *(f"{k}={x}" for k, x in settings.design.items() if k in held)]
     problem = kind(**_arguments(kind, settings, fix, range_, objective, free, options))
     units = {variable.name: variable.unit for variable in problem.all_variables}
-    derived = problem.derived(problem.printed_design())
-    units |= {key: derived[key].unit for key in problem.declared.dimensions}
+    units |= problem.derived_units
     given = {key: parse(text, units[key], what=key) for key, text in settings.design.items()}
     values, changes = problem.from_dimensions(given, problem.task)
     task = _changed_task(problem, changes, settings.task, ", ".join(given))
+    task = task.replace(**_ratios(kind, settings.products, vars(task)))
     default = dict(zip(problem.variable_names, problem.printed_design().tolist(), strict=True))
     notes = [*(known.notes if known else ())]
     notes += [
@@ -141,17 +141,22 @@ def design_from(
 
 @dataclass(frozen=True)
 class _Settings:
-    """What --set holds: task fields in SI, options of their type, the design as text."""
+    """What --set holds: task fields in SI, options of their type, the design as text.
+
+    Beside them products of task fields, SI, which settle others once the design is known.
+    """
 
     task: dict[str, float]
     options: dict[str, Any]
     design: dict[str, str]
+    products: dict[str, float]
 
 
 def _beside(kind: type[DesignProblem], words: Mapping[str, str], set_: Texts) -> list[str]:
     """Return settings: those of a file, and over them what the user says."""
     own = _assignments("--set", set_)
-    settled = {f"task.{r}" for h, (r, _) in kind.declared.products.items() if f"task.{h}" in own}
+    products = kind.declared.products.items()
+    settled = {f"task.{p.ratio}" for name, p in products if f"task.{name}" in own}
     said = {key: text for key, text in words.items() if key not in settled} | own
     return [f"{key}={text}" for key, text in said.items()]
 
@@ -160,8 +165,8 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     task_units = {f"task.{item.name}": item.unit for item in kind.task_type.variables()}
     defaults = {item.name: item.default for item in fields(kind.options_type)}
     of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
-    products = {f"task.{name}": pair for name, pair in kind.declared.products.items()}
-    settings, given = _Settings({}, {}, {}), _assignments("--set", set_)
+    products = {f"task.{name}": item for name, item in kind.declared.products.items()}
+    settings, given = _Settings({}, {}, {}, {}), _assignments("--set", set_)
     for key, text in given.items():
         if key in task_units:
             value = parse(text, task_units[key], what=key)
@@ -170,15 +175,19 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
             settings.options[key] = _option(key, text, defaults[key])
         elif key in of_design:
             settings.design[key] = text
-        elif key not in products:
+        elif key in products:
+            item = products[key]
+            if f"task.{item.ratio}" in given:
+                raise ValueError(f"{key} and task.{item.ratio} say the same thing: leave one out")
+            value = parse(text, item.unit, what=key)
+            settings.products[key.removeprefix("task.")] = value
+        else:
             raise ValueError(_unknown(key, {*task_units, *products}, {*defaults, *of_design}))
-    for key in products.keys() & given.keys():
-        ratio, other = products[key]
-        if f"task.{ratio}" in given:
-            raise ValueError(f"{key} and task.{ratio} say the same thing: leave one out")
-        length = settings.task.get(other, getattr(kind.task_type(), other))
-        value = parse(given[key], task_units[f"task.{other}"], what=key)
-        settings.task[ratio] = _ratio(kind, key, value, ratio, other, length)
+    sized = settings.design.keys() & set(kind.declared.dimensions)  # these may settle task fields
+    if settings.products and not sized:
+        beside = vars(kind.task_type.of(settings.task))
+        settings.task.update(_ratios(kind, settings.products, beside))
+        settings.products.clear()
     return settings
 
 
@@ -192,21 +201,35 @@ def _unknown(key: str, of_task: set[str], others: set[str]) -> str:
     return unknown("setting", key, {*of_task, *others})
 
 
+def _ratios(
+    kind: type[DesignProblem], given: Mapping[str, float], fields: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the task fields that products settle beside the other fields, each legal."""
+    ratios: dict[str, float] = {}
+    for name, item in kind.declared.products.items():
+        if name in given:
+            ratios[item.ratio] = _ratio(kind, name, given[name], {**fields, **ratios})
+    return ratios
+
+
 def _ratio(
-    kind: type[DesignProblem], key: str, value: float, ratio: str, other: str, length: float
+    kind: type[DesignProblem], name: str, value: float, fields: Mapping[str, float]
 ) -> float:
-    """Return the task field that a product with another one settles, within its legal range."""
+    """Return the task field that a product settles, within its legal range."""
+    product = kind.declared.products[name]
     units = {item.name: item for item in kind.task_type.variables()}
-    item, unit = units[ratio], units[other].unit
-    share = value / length if length > 0.0 else math.inf
+    item, base, share = units[product.ratio], product.base(fields), product.share(value, fields)
     for bound in (item.legal_low, item.legal_high):
         if math.isclose(share, bound, rel_tol=1e-12):
             return bound  # as typed, it is the bound itself
     if not item.legal_low <= share <= item.legal_high:
-        least, most = (show(bound * length, unit) for bound in (item.legal_low, item.legal_high))
+        beside = " and ".join(
+            f"task.{key} = {show(fields[key], units[key].unit)}" for key in product.powers
+        )
+        least, most = (show(x * base, product.unit) for x in (item.legal_low, item.legal_high))
         raise ValueError(
-            f"{key} is {show(value, unit)}: with task.{other} = {show(length, unit)} it must be "
-            f"from {least} to {most}, since {ratio} ({item.doc}) is from {item.legal_low:g} to "
+            f"task.{name} is {show(value, product.unit)}: with {beside} it must be from {least} to "
+            f"{most}, since {product.ratio} ({item.doc}) is from {item.legal_low:g} to "
             f"{item.legal_high:g}"
         )
     return share

@@ -66,6 +66,7 @@ def write_design(path: Path, best: Evaluation, found_by: str) -> Path:
     """
     problem, design = best.problem, best.designs[0]
     indices = {name: float(values[0]) for name, values in best.indices.items()}
+    sizes = problem.derived(design)
     content: dict[str, Any] = {
         "problem": called(problem),
         "version": problem.declared.version,
@@ -77,7 +78,7 @@ def write_design(path: Path, best: Evaluation, found_by: str) -> Path:
         "task": asdict(problem.task),
         "options": {k: _plain(v) for k, v in asdict(problem.options).items()},
         "design": problem.named(design),
-        "dimensions": {k: {"value": x, "unit": unit} for k, (x, unit) in _sizes(best).items()},
+        "dimensions": {k: {"value": x, "unit": unit} for k, (x, unit) in sizes.items()},
         "indices": {k: x for k, x in indices.items() if isfinite(x)},
     }
     import tomli_w
@@ -146,11 +147,3 @@ def _checked(path: Path, content: dict[str, Any], kind: type[DesignProblem]) -> 
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
-
-
-def _sizes(best: Evaluation) -> dict[str, tuple[float, str]]:
-    """Return the derived dimensions, none where the design makes no machine."""
-    try:
-        return dict(best.problem.derived(best.designs[0]))
-    except ValueError:
-        return {}

@@ -99,8 +99,20 @@ PictureOption: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+PlainJsonOption: TypeAlias = Annotated[
+    bool, json_option("Print JSON in SI units, and nothing else on stdout.")
+]
 JsonOption: TypeAlias = Annotated[
     bool, json_option("Print JSON in SI units only; a picture only if --picture names one.")
+]
+CsvOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--csv",
+        metavar="FILE",
+        help="Write a table in SI units, its heads with their units (.csv).",
+        show_default=False,
+    ),
 ]
 
 StorageOption: TypeAlias = Annotated[

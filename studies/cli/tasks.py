@@ -10,7 +10,7 @@ from pathlib import Path
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.runs import file_name, run_folder
-from pkm_gym.studies.cli.words import words_of
+from pkm_gym.studies.cli.words import with_products, words_of
 
 TASK = "task.toml"
 INDEX = "index.md"
@@ -43,7 +43,7 @@ def task_folder(problem: DesignProblem) -> Path:
     Raises:
         OSError: where it can't be made.
     """
-    words, folder = differences(problem), run_folder(problem.name)
+    words, folder = with_products(problem, differences(problem)), run_folder(problem.name)
     if not words:
         return folder
     text = "_".join(f"{key.removeprefix('task.')}={_short(x)}" for key, x in words.items())

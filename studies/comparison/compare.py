@@ -19,10 +19,13 @@ from pkm_gym.core.names import imported
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import called
 from pkm_gym.studies import create_study
+from pkm_gym.studies.cli.output import plainly
 from pkm_gym.studies.cli.tasks import differences
 from pkm_gym.studies.cli.terminal import counter
+from pkm_gym.studies.cli.words import with_products
 from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import evaluate_grid
+from pkm_gym.studies.report.records import record
 from pkm_gym.studies.report.rows import Row, markdown, paper_rows, row_of, verdict
 from pkm_gym.studies.search.polish import polish, verified_optimum
 from pkm_gym.studies.search.runner import Runner
@@ -155,28 +158,31 @@ def save(comparison: Comparison, folder: Path, command: str = "") -> tuple[Path,
         "task": asdict(problem.task),
         "options": asdict(problem.options),
         "fixed": dict(problem.fixed),
-        "rows": [asdict(row) for row in comparison.rows],
-        "runs": {name: [asdict(r) for r in rows] for name, rows in comparison.runs.items()},
+        "rows": [record(problem, row) for row in comparison.rows],
+        "runs": runs_of(comparison),
         "verdict": comparison.verdict,
         "version": version("pkm_gym"),
         "command": command,
     }
-    asked = ", ".join(f"{key} = {x}" for key, x in differences(problem).items())
+    words = with_products(problem, differences(problem))
+    asked = ", ".join(f"{key} = {x}" for key, x in words.items())
     text = f"{called(problem)}: {f'{asked} (SI)' if asked else 'as it comes'}\n\n"
     text += markdown(problem, comparison.rows)
     if comparison.verdict:
         text += f"\n\n{comparison.verdict}"
     paths = folder / "compare.json", folder / "compare.md"
-    for path, written in zip(paths, (_json(content), text), strict=True):
+    for path, written in zip(paths, (json.dumps(plainly(content), indent=2), text), strict=True):
         with whole_file(path) as part:
             part.write_text(written + "\n", encoding="utf-8")
     return paths
 
 
-def _json(content: Any) -> str:
-    """Return JSON, null for what is not a number."""
-    finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
-    return json.dumps(finite, indent=2)
+def runs_of(comparison: Comparison) -> dict[str, list[dict[str, Any]]]:
+    """Return every run of each sampler as programs read it."""
+    return {
+        name: [record(comparison.problem, row) for row in rows]
+        for name, rows in comparison.runs.items()
+    }
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -18,7 +19,13 @@ from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import HEAD
 from pkm_gym.studies.cli.words import evaluate_command
-from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar
+from pkm_gym.studies.comparison.compare import (
+    EVALUATIONS,
+    SEEDS,
+    Comparison,
+    compare,
+    comparison_bar,
+)
 from pkm_gym.studies.comparison.compare import save as save_comparison
 from pkm_gym.studies.grid.designs import grid_name
 from pkm_gym.studies.grid.grid import grid, grid_bar, grid_line
@@ -37,39 +44,50 @@ from pkm_gym.studies.storage.storages import default_storage
 PICTURE, DESIGN = "design.png", "study.toml"
 
 
+class Done(NamedTuple):
+    """What a study found.
+
+    Attributes:
+        best: the evaluation of the best design, one design.
+        comparison: of the ways to one.
+    """
+
+    best: Evaluation
+    comparison: Comparison
+
+
 def study(
     problem: DesignProblem,
     screen: Console,
+    bars: Console | None = None,
     *,
     trials: int = TRIALS,
     seed: int = 0,
     name: str | None = None,
-) -> Evaluation:
+) -> Done:
     """Evaluate a grid, search, polish, compare; write everything under runs/.
 
     Args:
         problem: what is studied, with its task; one objective.
         screen: where each step reports.
+        bars: where progress is shown; the screen if not said.
         trials: of the search.
         seed: of the search.
         name: what the names of its two studies begin with; the problem's by default.
-
-    Returns:
-        The evaluation of the best design found, one design.
 
     Raises:
         ValueError: in one sentence, for what one of the steps refuses.
     """
     if len(problem.objectives) > 1:
         raise ValueError("study compares designs by one objective: give a single --objective")
-    name, command = name or problem.name, own_command()
+    name, command, bars = name or problem.name, own_command(), bars or screen
     screen.print(_step(1, grid_name(problem)))
-    with grid_bar(screen, problem) as progress:
+    with grid_bar(bars, problem) as progress:
         evaluated = grid(problem, name=f"{name}-grid", command=command, progress=progress)
     starts = [problem.printed_design(), evaluated.designs[evaluated.best()]]
     screen.print(grid_line(evaluated))
     screen.print(_step(2, "search with TPE"))
-    with search_bar(screen, problem, trials) as report:
+    with search_bar(bars, problem, trials) as report:
         result = search(
             problem,
             trials=trials,
@@ -84,10 +102,10 @@ def study(
     screen.print(f"{result.finished} trials in the study {result.study.study_name}")
     screen.print(_step(3, "polish the best design"))
     polished = polish(problem, np.array(starts))
-    optimum = told_optimum(screen, problem)
+    optimum = told_optimum(bars, problem)
     screen.print(judged(row_of("polished", polished, 0, optimum), optimum))
     screen.print(_step(4, f"compare {SEEDS} runs of {EVALUATIONS} evaluations of each sampler"))
-    with comparison_bar(screen, SEEDS, full=False) as progress:
+    with comparison_bar(bars, SEEDS, full=False) as progress:
         comparison = compare(problem, progress=progress)
     save_comparison(comparison, task_folder(problem), command)
     screen.print(rich_table(problem, comparison.rows))
@@ -95,7 +113,7 @@ def study(
         screen.print(comparison.verdict)
     _draw(polished)
     write_design(task_folder(problem) / DESIGN, polished, command)
-    return polished
+    return Done(polished, comparison)
 
 
 def _step(number: int, what: str) -> Text:

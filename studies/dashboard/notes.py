@@ -12,6 +12,7 @@ from optuna_dashboard import get_note, save_note, save_plotly_graph_object  # ty
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import show
+from pkm_gym.studies.report.design import changed_task
 from pkm_gym.studies.report.rows import (
     markdown,
     optimum_row,
@@ -72,12 +73,7 @@ def _sentences(problem: DesignProblem) -> Iterator[str]:
     units = {v.name: v.unit for v in problem.all_variables}
     space += [f"{name} = {show(value, units[name])}" for name, value in problem.fixed.items()]
     yield f"Over {', '.join(space)}."
-    default = problem.task_type()
-    changed = [
-        f"{v.name} = {show(getattr(problem.task, v.name), v.unit)}"
-        for v in problem.task_variables
-        if getattr(problem.task, v.name) != getattr(default, v.name)
-    ]
+    changed = [f"{name} = {show(*x)}" for name, x in changed_task(problem, problem.task).items()]
     whose = "paper's" if problem.reference else "default"
     yield f"The {whose} task{', with ' + ', '.join(changed) if changed else ''}."
 

@@ -27,6 +27,11 @@ def hand_over(screen: Console, best: Evaluation, path: Path) -> None:
     screen.print(f"design: {write_design(path, best, own_command())}", soft_wrap=True)
 
 
+def handed_over(best: Evaluation, path: Path) -> dict[str, str]:
+    """Return how to have the first design of an evaluation again, as programs read it."""
+    return {"design_file": str(path), "command": evaluate_command(best.problem, best.designs[0])}
+
+
 def edge_note(problem: DesignProblem, design: FloatArray) -> str:
     """Return a sentence on the variables of a design (d,) that are on an edge, "" if none is."""
     notes = [

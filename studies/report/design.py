@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
-from math import isclose, isfinite
+from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Value
 from pkm_gym.core.rows import Dimension
+from pkm_gym.core.task import Task
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
 from pkm_gym.studies.cli.terminal import (
@@ -30,6 +31,7 @@ from pkm_gym.studies.cli.terminal import (
     section,
     table,
 )
+from pkm_gym.studies.report.records import asked, design_units, units_asked
 from pkm_gym.studies.report.rows import is_judged
 
 BOUNDLESS = 1_000  # characters, more than any line has
@@ -51,10 +53,7 @@ class Report:
     @property
     def derived(self) -> dict[str, Dimension]:
         """The derived dimensions, none where the design makes no machine."""
-        try:
-            return self.problem.derived(self.given.design, self.given.task)
-        except ValueError:
-            return {}
+        return self.problem.derived(self.given.design, self.given.task)
 
     @property
     def indices(self) -> dict[str, float]:
@@ -113,14 +112,10 @@ def content(report: Report) -> dict[str, Any]:
     """Return what ``--json`` prints: SI units, null where undefined."""
     problem, evaluation = report.problem, report.evaluation
     return {
-        "mechanism": problem.name,
-        "objective": [objective.name for objective in problem.objectives],
-        "options": asdict(problem.options),
-        "hash": problem.hash(),
+        **asked(problem, report.given.task),
         "design": problem.named(report.given.design),
-        "task": asdict(report.given.task),
         "derived": {name: value for name, (value, _) in report.derived.items()},
-        "indices": {k: v if isfinite(v) else None for k, v in report.indices.items()},
+        "indices": report.indices,
         "constraints": report.constraints,
         "feasible": report.feasible,
         "merit": float(evaluation.merit[0]),
@@ -129,6 +124,11 @@ def content(report: Report) -> dict[str, Any]:
         "paper": {
             name: {"printed": value.printed, "verdict": value.verdict}
             for name, (value, _) in report.printed.items()
+        },
+        "units": {
+            **units_asked(problem),
+            **design_units(problem),
+            "indices": {index.name: index.unit for index in problem.index_table},
         },
     }
 
@@ -164,9 +164,7 @@ def _numbers(screen: Console, report: Report) -> RenderableType:
     """
     named = report.problem.named(report.given.design)
     variables = {v.name: (named[v.name], v.unit) for v in report.problem.all_variables}
-    fields = report.problem.task_variables
-    task = {f.name: (getattr(report.given.task, f.name), f.unit) for f in fields}
-    changed = {f.name: task[f.name] for f in fields if not isclose(task[f.name][0], f.default)}
+    changed = changed_task(report.problem, report.given.task)
     parts: dict[str, Mapping[str, tuple[float, str]]] = {
         "design": variables,
         "dimensions": report.derived,
@@ -182,6 +180,17 @@ def _numbers(screen: Console, report: Report) -> RenderableType:
     unbounded = screen.options.update(width=BOUNDLESS)
     fits = Measurement.get(screen, unbounded, abreast).maximum <= screen.width
     return abreast if fits else Group(*blocks)
+
+
+def changed_task(problem: DesignProblem, task: Task) -> dict[str, Dimension]:
+    """Return the fields of a task that aren't by default, and lengths and times beside ratios."""
+
+    def all_of(one: Task) -> dict[str, Dimension]:
+        fields = {v.name: Dimension(getattr(one, v.name), v.unit) for v in one.variables()}
+        return fields | problem.declared.products_of(one)
+
+    usual = all_of(problem.task_type())
+    return {k: x for k, x in all_of(task).items() if not isclose(x.value, usual[k].value)}
 
 
 def _indices(report: Report) -> Sheet:

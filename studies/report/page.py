@@ -161,6 +161,13 @@ def _task(problem: DesignProblem) -> Iterator[Sequence[str]]:
         drawn = _span(v.low, v.high) if v.drawn else ""
         legal = _span(v.legal_low, v.legal_high)
         yield f"`{v.name}`", f"{v.default:.6g}", v.unit, drawn, legal, v.doc
+    fields, usual = {v.name: v for v in problem.task_variables}, problem.task_type()
+    for name, p in problem.declared.products.items():
+        low, high = p.drawn(fields)
+        drawn = _span(low, high) if low < high else ""
+        what = f"{p.doc}, `{p.words}`, in place of `{p.ratio}`"
+        value = f"{p.value(usual):.6g}"
+        yield f"`{name}`", value, p.unit, drawn, _span(*p.legal(fields)), what
 
 
 def _options(problem: DesignProblem) -> Iterator[Sequence[str]]:

@@ -15,6 +15,7 @@ from pkm_gym.core.cache import say_once
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Value, disagreement
+from pkm_gym.core.rows import Dimension
 from pkm_gym.core.task import Variable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, shown
@@ -39,7 +40,8 @@ class Row:
         value: of the first objective, None where there is none.
         design: variable -> value.
         evaluations: how many designs it took.
-        regret: how far it is behind the optimum, as a share of it; NaN if infeasible or unknown.
+        regret: the share by which it is behind the optimum, see ``regret_of``; NaN if infeasible
+            or unknown.
         feasible: "yes", "no", or how many runs found a feasible design.
         note: what is wrong with it.
         runs: of how many runs it is the one of median regret.
@@ -61,17 +63,34 @@ def told_variables(problem: DesignProblem) -> tuple[Variable, ...]:
     return tuple(v for v in problem.all_variables if v.name in told)
 
 
+def dimensions_of(problem: DesignProblem, row: Row) -> dict[str, Dimension]:
+    """Return the derived dimensions of a row's design, none where there is none or no machine."""
+    return problem.derived(problem.design(row.design)) if row.design else {}
+
+
+def told_dimensions(problem: DesignProblem, rows: Sequence[Row]) -> dict[str, list[str]]:
+    """Return the lengths and angles that rows' ratios make, by title: the unit, and text each."""
+    found = [dimensions_of(problem, row) for row in rows]
+    names = {name: unit for sizes in found for name, (_, unit) in sizes.items() if unit}
+    return {
+        name: [converted(0.0, unit)[1], *(shown(*s[name])[0] if s else "" for s in found)]
+        for name, unit in names.items()
+    }
+
+
 def caption(problem: DesignProblem, rows: Sequence[Row]) -> str:
     """Return what the column titles mean."""
     first = problem.objectives[0]
     units: dict[str, list[str]] = {first.unit: [first.name]}
     for v in told_variables(problem):
         units.setdefault(converted(0.0, v.unit)[1], []).append(v.name)
+    for name, (unit, *_) in told_dimensions(problem, rows).items():
+        units.setdefault(unit, []).append(name)
     parts = [f"{', '.join(names)} in {unit}" for unit, names in units.items() if unit]
     if any(row.evaluations is not None for row in rows):
         parts.append("designs: number evaluated")
     if (optimum := _reference(rows)) is not None:
-        parts.append(f"regret: behind the {in_full(optimum)}")
+        parts.append(f"regret: {regret_words(problem)}, of the {in_full(optimum)}")
     if (runs := max((row.runs for row in rows), default=1)) > 1:
         parts.append(f"of {runs} runs a row shows the one of median regret")
     return "; ".join(parts)
@@ -80,7 +99,7 @@ def caption(problem: DesignProblem, rows: Sequence[Row]) -> str:
 def columns(problem: DesignProblem, rows: Sequence[Row]) -> list[list[str]]:
     """Return a table's columns of text, each below its title: those that say something.
 
-    The last are the variables, one each.
+    The last are those of ``design_columns``.
     """
     texts = {
         "": [row.name for row in rows],
@@ -92,10 +111,17 @@ def columns(problem: DesignProblem, rows: Sequence[Row]) -> list[list[str]]:
         "feasible": [row.feasible for row in rows],
     }
     said = [[title, *cells] for title, cells in texts.items() if any(cells)]
-    return said + [
+    return said + design_columns(problem, rows)
+
+
+def design_columns(problem: DesignProblem, rows: Sequence[Row]) -> list[list[str]]:
+    """Return the columns of the variables, and of the dimensions that they make."""
+    variables = [
         [v.name, *(_number(row.design[v.name], v.unit) if row.design else "" for row in rows)]
         for v in told_variables(problem)
     ]
+    sizes = told_dimensions(problem, rows).items()
+    return variables + [[name, *cells] for name, (_, *cells) in sizes]
 
 
 def _reference(rows: Iterable[Row]) -> Row | None:
@@ -122,7 +148,7 @@ def markdown(problem: DesignProblem, rows: Sequence[Row]) -> str:
 def rich_table(problem: DesignProblem, rows: Sequence[Row]) -> Group:
     """Return rows as a table for the terminal; the designs below the values if it's too narrow."""
     whole = columns(problem, rows)
-    values = len(whole) - len(told_variables(problem))
+    values = len(whole) - len(design_columns(problem, rows))
     parts = [whole]
     if sum(max(map(len, column)) + GAP for column in whole) - GAP > console().width:
         parts = [whole[:values], whole[:1] + whole[values:]]
@@ -157,9 +183,18 @@ def row_of(name: str, evaluation: Evaluation, i: int, optimum: Row | None, **fie
 
 
 def regret_of(problem: DesignProblem, design: FloatArray, optimum: Row) -> float:
-    """Return by which share a feasible design (d,) is worse than the optimum."""
+    """Return the regret of a feasible design (d,): the share that it costs more, or loses.
+
+    value / optimum - 1 of an index that is minimised, 1 - value / optimum of one that is maximised.
+    """
     both = problem.evaluate(np.stack([design, problem.design(optimum.design)]))
-    return float(np.expm1(both.log_merit[0] - both.log_merit[1]))
+    sign, behind = problem.objectives[0].sign, both.log_merit[0] - both.log_merit[1]
+    return float(sign * np.expm1(sign * behind))
+
+
+def regret_words(problem: DesignProblem) -> str:
+    """Return what a regret is, as a formula."""
+    return "value / optimum - 1" if problem.objectives[0].sign > 0.0 else "1 - value / optimum"
 
 
 def asks_the_papers_task(problem: DesignProblem) -> bool:

@@ -18,11 +18,18 @@ from pkm_gym.core.declaration import SPLITS
 from pkm_gym.studies.benchmark.curves import save_curves
 from pkm_gym.studies.benchmark.leaderboard import enter
 from pkm_gym.studies.benchmark.plan import planned, run_plans
+from pkm_gym.studies.benchmark.scored import scored
 from pkm_gym.studies.benchmark.tables import save_table, show, show_failed
 from pkm_gym.studies.cli.bounds import NUMBER, check_memory
-from pkm_gym.studies.cli.options import Name, SplitsOption
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    Name,
+    PlainJsonOption,
+    SplitsOption,
+)
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import if_full, run_folder
-from pkm_gym.studies.cli.terminal import FAINT, console
+from pkm_gym.studies.cli.terminal import FAINT
 
 QUICK_TASKS, QUICK_SEEDS = 64, 1
 FULL_SEEDS = 3
@@ -86,6 +93,8 @@ def command(
         Path | None,
         typer.Option(metavar="FILE", help="Enter the results here.", show_default=False),
     ] = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Run methods on tasks whose optima are known, and rank them by regret.
 
@@ -97,6 +106,7 @@ def command(
 
     Example: pkm-gym benchmark diamond --method my_package:my_method --tasks 256
     """
+    out = Output(as_json, csv)
     if split not in MEASURED:
         raise ValueError(f"split is {split!r}: methods are measured on {', '.join(MEASURED)}")
     problem, solved = load_split(name, split, splits)
@@ -105,7 +115,7 @@ def command(
         raise ValueError(f"--tasks is {tasks}: {split} has {most} tasks")
     number, repeats = (most, FULL_SEEDS) if full else (tasks or min(QUICK_TASKS, most), seeds)
     check_memory("--evaluations", evaluations, NUMBER * len(problem.low) * number * repeats)
-    folder, screen = run_folder(problem.name) / "benchmark" / split, console()
+    folder, screen = run_folder(problem.name) / "benchmark" / split, out.screen
     sizes: list[int | None] = [*pool] if pool else [None]  # None: all of them
     settings = [
         setting(
@@ -113,16 +123,16 @@ def command(
             delay=delay, folder=splits,
         )
         for chosen, size, seed in product(
-            method or _possible(name, splits, screen), sizes, range(repeats)
+            method or _possible(name, splits, out.bars), sizes, range(repeats)
         )
     ]  # fmt: skip
     plans = [planned(one, number, folder) for one in dict.fromkeys(settings)]
     kept = f"{folder} keeps what is done; the same command goes on from there"
     try:
         with if_full(kept, folder):
-            logs, failures = run_plans(plans, jobs, screen)
+            logs, failures = run_plans(plans, jobs, out.bars)
     except KeyboardInterrupt:
-        screen.print(f"stopped: {kept}", soft_wrap=True)
+        out.bars.print(f"stopped: {kept}", soft_wrap=True)
         raise
     measured = standings(logs) if logs else []
     if measured:
@@ -136,6 +146,7 @@ def command(
             if leaderboard:
                 enter(entries, leaderboard)
         screen.print(f"written: {folder}", soft_wrap=True)
+    out.give(scored(measured) | {"failed": {s.method: x for s, x in failures.items()}})
     if failures:
         raise typer.Exit(1)
 

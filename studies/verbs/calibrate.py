@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -17,8 +19,13 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reading import read_toml
 from pkm_gym.mechanisms import family_problem, problem_type
 from pkm_gym.studies.cli.bounds import check_memory, solved_task
-from pkm_gym.studies.cli.options import Name
-from pkm_gym.studies.cli.terminal import FAINT, console, counter, table
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    Name,
+    PlainJsonOption,
+)
+from pkm_gym.studies.cli.output import Output
+from pkm_gym.studies.cli.terminal import FAINT, counter, table
 from pkm_gym.studies.search.calibrating import Calibration, calibrate
 
 
@@ -41,6 +48,8 @@ def command(
             show_default=False,
         ),
     ] = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Measure what merit must know of a problem, and keep it where the problem looks for it.
 
@@ -53,9 +62,10 @@ def command(
     """
     kind = problem_type(name)
     check_memory("-n", number, solved_task(family_problem(name)))
-    screen = console()
+    out = Output(as_json, csv)
+    screen = out.screen
     calibrations = []
-    with counter(screen, "tasks") as bar:
+    with counter(out.bars, "tasks") as bar:
         for objective in kind.declared.objectives:
             problem = family_problem(name, objective=objective.name)
             line = bar.add_task(objective.name, total=number)
@@ -89,6 +99,7 @@ def command(
     if output is None and not kind.declared.measured:
         said = f"{name} declares these itself (weight {kind.declared.penalty_weight:g})"
         screen.print(f"{said}: nothing is written without -o", style=FAINT, soft_wrap=True)
+        out.give(_content(name, weight, calibrations, None))
         return
     path = output or _beside(kind)
     keep(
@@ -98,6 +109,14 @@ def command(
         f"pkm-gym calibrate {name} -n {number} --seed {seed}",
     )
     screen.print(f"calibration: {path}", soft_wrap=True)
+    out.give(_content(name, weight, calibrations, path))
+
+
+def _content(
+    name: str, weight: float, calibrations: Sequence[Calibration], path: Path | None
+) -> dict[str, Any]:
+    rows = [asdict(item) for item in calibrations]
+    return {"mechanism": name, "penalty_weight": weight, "calibration": path, "rows": rows}
 
 
 def _advance(bar: Progress, line: TaskID, done: int) -> None:

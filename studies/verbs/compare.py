@@ -9,18 +9,28 @@ import typer
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
+    CsvOption,
     DesignFileOption,
     FixOption,
     FreeOption,
     Name,
     ObjectiveOption,
+    PlainJsonOption,
     RangeOption,
     SetOption,
 )
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import console
-from pkm_gym.studies.comparison.compare import EVALUATIONS, SEEDS, compare, comparison_bar, save
+from pkm_gym.studies.comparison.compare import (
+    EVALUATIONS,
+    SEEDS,
+    compare,
+    comparison_bar,
+    runs_of,
+    save,
+)
+from pkm_gym.studies.report.records import told
 from pkm_gym.studies.report.rows import rich_table
 from pkm_gym.studies.search.polish import told_optimum
 
@@ -45,6 +55,8 @@ def command(
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Compare the paper's optimum, a grid over its ranges, a polished design, Optuna's samplers.
 
@@ -53,9 +65,10 @@ def command(
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     check_memory("--evaluations", evaluations, TRIAL)
-    screen = console()
-    told_optimum(screen, problem)
-    with comparison_bar(screen, seeds, full=full, agents=agents) as progress:
+    out = Output(as_json, csv)
+    screen = out.screen
+    told_optimum(out.bars, problem)
+    with comparison_bar(out.bars, seeds, full=full, agents=agents) as progress:
         comparison = compare(
             problem,
             evaluations=evaluations,
@@ -69,3 +82,5 @@ def command(
         screen.print(comparison.verdict)
     written = save(comparison, task_folder(problem), own_command())
     screen.print(f"written: {', '.join(map(str, written))}", soft_wrap=True)
+    runs, verdict = runs_of(comparison), comparison.verdict
+    out.give(told(problem, comparison.rows, verdict=verdict, written=list(written), runs=runs))

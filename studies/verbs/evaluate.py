@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.cli.arguments import design_from
 from pkm_gym.studies.cli.options import (
+    CsvOption,
     DesignFileOption,
     DesignOption,
     JsonOption,
@@ -16,8 +16,8 @@ from pkm_gym.studies.cli.options import (
     ObjectiveOption,
     PictureOption,
 )
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.design import Report, content, draw, show_report
 
 
@@ -28,21 +28,21 @@ def command(
     objective: ObjectiveOption = None,
     picture: PictureOption = None,
     as_json: JsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Evaluate a design of your own; without one, the one that the paper prints.
 
     Example: pkm-gym evaluate diamond --set e=150mm l1=250mm l2=640mm H=493mm task.payload=1kg
     """
+    out = Output(as_json, csv)
     report = _evaluate(name, set_, objective, design)
     if picture is None and not as_json:
         picture = task_folder(report.problem.with_task(report.given.task)) / "evaluate.png"
     if picture is not None:
         draw(report, picture)
-    if as_json:
-        print(json.dumps(content(report), indent=2))
-    else:
-        show_report(console(), report)
-        print(f"\npicture: {picture}")
+    show_report(out.screen, report)
+    out.screen.print(f"\npicture: {picture}", soft_wrap=True)
+    out.give(content(report))
 
 
 def _evaluate(

@@ -7,22 +7,26 @@ from typing import Annotated
 
 import typer
 
+from pkm_gym.core.problem import DesignProblem
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.options import (
+    CsvOption,
     DesignFileOption,
     FixOption,
     FreeOption,
     Name,
     ObjectiveOption,
+    PlainJsonOption,
     RangeOption,
     SetOption,
     StorageOption,
     output_option,
     study_name_option,
 )
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import own_command, redacted
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import BAD, console
+from pkm_gym.studies.cli.terminal import BAD
 from pkm_gym.studies.grid.grid import (
     LOGGED,
     best_of_grid,
@@ -31,6 +35,7 @@ from pkm_gym.studies.grid.grid import (
     grid_line,
     grid_study_name,
 )
+from pkm_gym.studies.report.records import told
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.storage.storages import default_storage
@@ -62,6 +67,8 @@ def command(
     fix: FixOption = None,
     range_: RangeOption = None,
     objective: ObjectiveOption = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Evaluate a grid in one call, write all of it to a file and log its best designs.
 
@@ -69,8 +76,9 @@ def command(
     xarray.open_dataset reads it.
     """
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
-    screen = console()
-    with grid_bar(screen, problem, step) as progress:
+    out = Output(as_json, csv)
+    screen = out.screen
+    with grid_bar(out.bars, problem, step) as progress:
         evaluation = grid(
             problem, step=step, storage=storage, name=study_name, output=output,
             command=own_command(), progress=progress,
@@ -78,12 +86,20 @@ def command(
     feasible = int(evaluation.feasible.sum())
     screen.print(grid_line(evaluation, step))
     best = problem.evaluate(evaluation.designs[evaluation.best()][None])
-    optimum = told_optimum(screen, problem)
-    screen.print(rich_table(problem, rows_beside_paper(best, best_of_grid(problem, step), optimum)))
+    optimum = told_optimum(out.bars, problem)
+    rows = rows_beside_paper(best, best_of_grid(problem, step), optimum)
+    screen.print(rich_table(problem, rows))
+    where = redacted(storage or default_storage(problem.name))
+    study, atlas = study_name or grid_study_name(problem, step), output or _atlas(problem)
     if not feasible:
         screen.print("no design of the grid is feasible, so none is logged", style=BAD)
     else:
-        where = redacted(storage or default_storage(problem.name))
-        logged = f"{study_name or grid_study_name(problem, step)} in {where}"
-        screen.print(f"study: {logged}, the best {min(feasible, LOGGED)} designs", soft_wrap=True)
-    screen.print(f"atlas: {output or task_folder(problem) / 'grid.nc'}", soft_wrap=True)
+        logged = f"{study} in {where}, the best {min(feasible, LOGGED)} designs"
+        screen.print(f"study: {logged}", soft_wrap=True)
+    screen.print(f"atlas: {atlas}", soft_wrap=True)
+    counts = {"designs": len(evaluation), "feasible": feasible}
+    out.give(told(problem, rows, **counts, study=study, storage=where, atlas=atlas))
+
+
+def _atlas(problem: DesignProblem) -> Path:
+    return task_folder(problem) / "grid.nc"

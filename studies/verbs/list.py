@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -13,31 +14,42 @@ from pkm_gym.core.units import converted, shown, span
 from pkm_gym.envs.registration import environment_ids
 from pkm_gym.mechanisms import declaration, make_problem, problem_type, register
 from pkm_gym.studies.cli.arguments import known_problems
-from pkm_gym.studies.cli.terminal import FAINT, HEAD, console, section, table
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    PlainJsonOption,
+)
+from pkm_gym.studies.cli.output import Output
+from pkm_gym.studies.cli.terminal import FAINT, HEAD, section, table
+from pkm_gym.studies.report.declared import in_full, overview
 
 
 def command(
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Show this one in full.")
     ] = None,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Show the registered design problems, or one in full."""
-    screen = console()
+    out = Output(as_json, csv)
     if name is None:
-        _show_all(screen)
+        problems = [make_problem(known) for known in known_problems()]
+        _show_all(out.screen, problems)
+        out.give({"rows": [overview(problem) for problem in problems]})
     else:
         register(problem_type(name))
-        _show_one(screen, make_problem(name, **declaration(name).reporting))
+        problem = make_problem(name, **declaration(name).reporting)
+        _show_one(out.screen, problem)
+        out.give(in_full(problem))
 
 
-def _show_all(screen: Console) -> None:
+def _show_all(screen: Console, problems: Sequence[DesignProblem]) -> None:
     rows = table("mechanism", "problem", "variables", "objectives")
-    for name in known_problems():
-        problem = make_problem(name)
+    for problem in problems:
         drawn = sum(variable.drawn for variable in problem.task_variables)
         count = f"{len(problem.task_variables)} task fields, {drawn} drawn by the Family"
         rows.add_row(
-            Text(name, style=HEAD),
+            Text(problem.name, style=HEAD),
             "\n".join([problem.title, count, *environment_ids(problem.declared)]),
             "\n".join(
                 f"{v.name} {span(v.low, v.high, v.unit)} {converted(0.0, v.unit)[1]}".rstrip()
@@ -90,13 +102,13 @@ def _task(problem: DesignProblem) -> Any:
         drawn = span(v.low, v.high, v.unit) if v.drawn else ""
         allowed = span(v.legal_low, v.legal_high, v.unit)
         rows.add_row(v.name, *shown(v.default, v.unit), drawn, allowed, v.doc)
-    units = {v.name: v.unit for v in problem.task_variables}
-    usual = problem.task_type()
-    for name, (ratio, other) in problem.declared.products.items():
-        value, unit = shown(getattr(usual, ratio) * getattr(usual, other), units[other])
-        rows.add_row(
-            name, value, unit, "", "", f"{ratio} x {other}, given in its place", style=FAINT
-        )
+    fields, usual = {v.name: v for v in problem.task_variables}, problem.task_type()
+    for name, p in problem.declared.products.items():
+        low, high = p.drawn(fields)
+        drawn = span(low, high, p.unit) if low < high else ""
+        allowed = span(*p.legal(fields), p.unit)
+        doc = f"{p.doc}, in place of {p.ratio}"
+        rows.add_row(name, *shown(p.value(usual), p.unit), drawn, allowed, doc, style=FAINT)
     return rows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
@@ -11,11 +12,13 @@ from rich.console import Console
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
+    CsvOption,
     DesignFileOption,
     FixOption,
     FreeOption,
     Name,
     ObjectiveOption,
+    PlainJsonOption,
     RangeOption,
     SeedOption,
     SetOption,
@@ -23,11 +26,13 @@ from pkm_gym.studies.cli.options import (
     TrialsOption,
     study_name_option,
 )
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import file_name, own_command, redacted
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import BAD, FAINT, console
-from pkm_gym.studies.report.answer import hand_over
-from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
+from pkm_gym.studies.cli.terminal import BAD, FAINT
+from pkm_gym.studies.report.answer import hand_over, handed_over
+from pkm_gym.studies.report.records import told
+from pkm_gym.studies.report.rows import Row, rich_table, rows_beside_paper
 from pkm_gym.studies.search.polish import told_optimum
 from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
@@ -71,6 +76,8 @@ def command(
             help="Number of this process, when several search the same study at once.",
         ),
     ] = 0,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Search the design space with Optuna; the same command again goes on where it was.
 
@@ -79,9 +86,10 @@ def command(
     problem = problem_from(name, set_, fix, range_, objective, free, file=design)
     check_memory("--trials", trials, TRIAL)
     check_memory("--batch", batch, TRIAL)
-    screen = console()
+    out = Output(as_json, csv)
+    screen = out.screen
     began = time.monotonic()
-    with search_bar(screen, problem, trials) as report:
+    with search_bar(out.bars, problem, trials) as report:
         result = search(
             problem,
             sampler=sampler,
@@ -97,24 +105,39 @@ def command(
             report=report,
         )
     if result.stopped:
-        screen.print(
+        out.bars.print(
             f"stopped: {result.finished} of {trials} trials are finished and kept; the same "
             "command goes on from there",
             soft_wrap=True,
         )
         raise KeyboardInterrupt
-    show(screen, result)
-    folder = task_folder(problem)
-    hand_over(screen, result.best, folder / file_name(f"{result.study.study_name}.toml"))
+    rows = _rows(out, result)
+    show(screen, result, rows)
+    path = task_folder(problem) / file_name(f"{result.study.study_name}.toml")
+    hand_over(screen, result.best, path)
+    out.give(
+        told(
+            problem,
+            rows,
+            study=result.study.study_name,
+            storage=redacted(result.storage),
+            trials=result.finished,
+            trial=result.trial,
+            **handed_over(result.best, path),
+        )
+    )
     screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
 
 
-def show(screen: Console, result: SearchResult) -> None:
+def _rows(out: Output, result: SearchResult) -> list[Row]:
+    optimum = told_optimum(out.bars, result.best.problem)
+    return rows_beside_paper(result.best, f"best, trial {result.trial}", optimum)
+
+
+def show(screen: Console, result: SearchResult, rows: Sequence[Row]) -> None:
     """Print what a search found beside the paper's numbers, and where it is."""
     best, study = result.best, result.study
     problem = best.problem
-    optimum = told_optimum(screen, problem)
-    rows = rows_beside_paper(best, f"best, trial {result.trial}", optimum)
     screen.print(rich_table(problem, rows))
     if not best.feasible[0]:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from functools import partial
@@ -16,8 +15,14 @@ from rich.text import Text
 
 from pkm_gym.mechanisms import declaration, make_problem
 from pkm_gym.studies.cli.arguments import design_from, known_problems
-from pkm_gym.studies.cli.options import DesignFileOption, SeedOption, json_option
-from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, Sheet, console, counter, section, table
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    DesignFileOption,
+    PlainJsonOption,
+    SeedOption,
+)
+from pkm_gym.studies.cli.output import Output
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, Sheet, counter, section, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,7 +41,8 @@ def command(
     ] = 50,
     seed: SeedOption = 0,
     design: DesignFileOption = None,
-    as_json: Annotated[bool, json_option()] = False,
+    as_json: PlainJsonOption = False,
+    csv: CsvOption = None,
 ) -> None:
     """Compare the analytic models with their MuJoCo twins, quantity by quantity.
 
@@ -49,15 +55,13 @@ def command(
         raise ValueError("--design holds a design of one mechanism: name it")
     names = machines() if name == ALL else (name,)
     rows: list[Row] = []
-    screen = Console(stderr=True) if as_json else console()
-    with counter(screen, "designs") as bar:
+    out = Output(as_json, csv)
+    with counter(out.bars, "designs") as bar:
         for each in names:
             line = bar.add_task(each, total=designs + 1)
             rows += _check(each, designs, seed, design, partial(bar.advance, line))
-    if as_json:
-        print(json.dumps([asdict(row) | {"holds": row.holds} for row in rows], indent=2))
-    else:
-        _show(console(), rows, "The printed design" if design is None else str(design), designs)
+    _show(out.screen, rows, "The printed design" if design is None else str(design), designs)
+    out.give({"rows": [asdict(row) | {"holds": row.holds} for row in rows]})
     if not all(row.holds for row in rows):
         raise typer.Exit(1)
 

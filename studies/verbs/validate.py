@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,9 +13,18 @@ from rich.text import Text
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms import declaration
 from pkm_gym.studies.cli.arguments import problem_from
-from pkm_gym.studies.cli.options import DesignFileOption, Name, SeedOption, json_option, out_option
+from pkm_gym.studies.cli.options import (
+    CsvOption,
+    DesignFileOption,
+    Name,
+    SeedOption,
+    json_option,
+    out_option,
+)
+from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import FAINT, console, counter, section, table
+from pkm_gym.studies.cli.terminal import FAINT, counter, section, table
+from pkm_gym.studies.report.records import asked, units_asked
 from pkm_gym.studies.twins.validation import INDICES, Validation, scatter, validate
 
 
@@ -30,6 +38,7 @@ def command(
         out_option("The scatter plot (.png, .svg or .pdf); runs/NAME/validate.png if not said."),
     ] = None,
     as_json: Annotated[bool, json_option("Print JSON; a plot only if --out names one.")] = False,
+    csv: CsvOption = None,
 ) -> None:
     """Compare torque indices with the peak motor torque of simulated machines.
 
@@ -38,9 +47,9 @@ def command(
 
     Example: pkm-gym validate diamond
     """
+    sent = Output(as_json, csv)
     problem = _problem(name, design)
-    screen = Console(stderr=True) if as_json else console()
-    with counter(screen, "designs") as bar:
+    with counter(sent.bars, "designs") as bar:
         line = bar.add_task("simulated", total=designs)
         validation = validate(problem, designs, seed, partial(bar.advance, line))
     path = out or (None if as_json else task_folder(problem) / "validate.png")
@@ -48,11 +57,9 @@ def command(
         from pkm_gym.plots import save
 
         save(scatter(validation), path, dpi=150)
-    if as_json:
-        print(json.dumps(_content(validation), indent=2))
-    else:
-        _show(screen, validation)
-        print(f"\npicture: {path}")
+    _show(sent.screen, validation)
+    sent.screen.print(f"\npicture: {path}", soft_wrap=True)
+    sent.give(_content(problem, validation))
 
 
 def _problem(name: str, file: Path | None) -> DesignProblem:
@@ -63,20 +70,22 @@ def _problem(name: str, file: Path | None) -> DesignProblem:
     return problem
 
 
-def _content(validation: Validation) -> dict[str, Any]:
+def _content(problem: DesignProblem, validation: Validation) -> dict[str, Any]:
+    extremes = ("least", "median", "largest")
     return {
+        **asked(problem),
         "designs": len(validation.peaks),
-        "largest_path_error": float(validation.errors.max()),
-        "indices": {
-            name: {
+        "largest_path_error": validation.errors.max(),
+        "units": {"largest_path_error": "m", **units_asked(problem)},
+        "rows": [
+            {
+                "index": name,
                 "unit": validation.units[name],
                 "rank_correlation": validation.rank(name),
-                "measured_over_index": dict(
-                    zip(("least", "median", "largest"), validation.ratio(name), strict=True)
-                ),
+                "measured_over_index": dict(zip(extremes, validation.ratio(name), strict=True)),
             }
             for name in INDICES
-        },
+        ],
     }
 
 

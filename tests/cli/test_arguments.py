@@ -198,26 +198,32 @@ def test_a_mistake_in_another_argument_is_one_sentence(arguments, sentence):
     assert "\n" not in str(refused.value)
 
 
-PRODUCTS = [
-    (name, *product) for name in problems() for product in declaration(name).products.items()
-]
+PRODUCTS = [(name, product) for name in problems() for product in declaration(name).products]
 
 
-@pytest.mark.parametrize(("name", "product", "fields"), PRODUCTS)
-def test_a_task_takes_a_product_of_its_fields_in_place_of_the_ratio(name, product, fields):
+@pytest.mark.parametrize(("name", "product"), PRODUCTS)
+def test_a_task_takes_a_product_of_its_fields_in_place_of_the_ratio(name, product):
     """Such as the workspace's height, of which a task holds the share of its width."""
-    ratio, other = fields
-    usual = declaration(name).task()
-    value = 0.98 * getattr(usual, ratio) * getattr(usual, other)
-    task = problem_from(name, [f"task.{product}={1e3 * value!r}mm"]).task
-    assert getattr(task, ratio) * getattr(task, other) == pytest.approx(value, rel=1e-12)
-    assert getattr(task, other) == getattr(usual, other)
-    length = 0.97 * getattr(usual, other)
+    item, usual = declaration(name).products[product], declaration(name).task()
+    ratio, unit = item.ratio, item.unit
+    legal = {v.name: (v.legal_low, v.legal_high) for v in usual.variables()}[ratio]
+    wanted = 0.98 * getattr(usual, ratio) or 0.5 * legal[1]  # one of 0 has no size
+    value = wanted * item.factor
+    for field, power in item.powers.items():
+        value *= getattr(usual, field) ** power
+    written = f"{1e3 * value!r}{ {'m': 'mm', 's': 'ms'}[unit] }" if unit in "ms" else repr(value)
+    task = problem_from(name, [f"task.{product}={written}"]).task
+    assert getattr(task, ratio) == pytest.approx(wanted, rel=1e-12)
+    assert item.value(task) == pytest.approx(value, rel=1e-12)
+    assert task == usual.replace(**{ratio: getattr(task, ratio)})
+    other = next(field for field in item.powers if not field.endswith("_ratio"))
+    length = 1.01 * getattr(usual, other)
     both = [f"task.{product}={value!r}", f"task.{other}={length!r}"]
-    assert getattr(problem_from(name, both).task, ratio) == pytest.approx(value / length)
+    share = wanted * 1.01 ** -item.powers[other]
+    assert getattr(problem_from(name, both).task, ratio) == pytest.approx(share)
     for sentence, words in {
         "say the same thing: leave one out": [f"task.{product}=0.1", f"task.{ratio}=1.3"],
-        "it must be from ": [f"task.{product}=1km".replace("km", "000")],
+        "it must be from ": [f"task.{product}=100000"],
         "it must be a finite number": [f"task.{product}=x"],
     }.items():
         with pytest.raises(ValueError, match=f"^task.{product} .*{sentence}"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -25,7 +26,7 @@ def trained(run) -> str:
 def test_a_trained_agent_is_scored_beside_the_baselines(trained, run, tmp_path):
     result = run("motion-eval", "PKM/DiamondMotion-v0", trained, "--json")
     assert result.exit_code == 0, result.stderr
-    scores = json.loads(result.stdout)
+    scores = {row["driver"]: row for row in json.loads(result.stdout)["rows"]}
     assert list(scores) == ["computed-torque", "servo", "idle", "random", "DiamondMotion-v0-ppo-0"]
     best = scores["computed-torque"]
     assert (best["finished"], best["runs"], best["reasons"]) == (1, 1, ["finished"])
@@ -64,7 +65,7 @@ def test_the_environment_is_set_as_in_training(run):
         json.loads(run("motion-eval", "PKM/DiamondMotion-v0", "--json", "--set", word).stdout)
         for word in ("environment.force_limit=60.0", "environment.force_limit=120.0")
     ]
-    shares = [scores["computed-torque"]["peak_share"] for scores in limits]
+    shares = [one["rows"][0]["peak_share"] for one in limits]  # of computed torque
     assert shares[0] == pytest.approx(2.0 * shares[1], rel=0.2)
 
 
@@ -72,10 +73,11 @@ def test_a_driver_is_tuned(run, monkeypatch):
     monkeypatch.setattr(tuning, "SEEDS", (0,))
     monkeypatch.setattr(tuning, "FRESH", range(100, 101))
     monkeypatch.setattr("pkm_gym.agents.verbs.tune.FRESH", range(100, 101))
-    result = run("tune", *TRAIN[1:], "--trials", 1)
+    result = run("tune", *TRAIN[1:], "--trials", 1, "--csv", "tuned.csv")
     assert result.exit_code == 0, result.stderr
     assert "The best of 1 trials" in result.stdout
     assert "one fresh seed" in result.stdout
+    assert Path("tuned.csv").read_text().startswith("hyperparameter,value\n")
 
 
 def test_a_model_is_no_driver(refused, tmp_path):

@@ -39,7 +39,7 @@ def test_table_and_json_say_the_same(run, tmp_path):
     content = json.loads(run(*words, "--json").stdout)
     assert list(tmp_path.iterdir()) == []
     text = run(*words).stdout
-    for values in content["indices"].values():
+    for values in content["rows"]:
         assert f"{values['rank_correlation']:.4f}" in text
         assert f"{values['measured_over_index']['median']:.4g}" in text
     assert (tmp_path / "runs/diamond/validate.png").exists()

@@ -24,7 +24,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SLOW = pytest.mark.slow
 LANGUAGES = {"python", "console", "text", "sh", "toml"}
 RUN = {"python", "console"}
-COMMAND = re.compile(r"\bpkm-gym ([a-z][^;&#\n]*)")
+COMMAND = re.compile(r"\bpkm-gym ([a-z][^;&#>\n]*)")
 
 
 def named(page: Path) -> str:

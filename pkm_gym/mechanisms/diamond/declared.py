@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
+from pkm_gym.core.product import Product
 from pkm_gym.core.reach import REACH, ReachLimits
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import index, record, undefined, variable
@@ -146,7 +148,16 @@ DIAMOND = Declaration(
     ),
     penalty_weight=5.0,
     dimensions=("lam_H", "e", "l1", "l2", "H"),
-    products={"h": ("h_ratio", "b")},
+    products={
+        "h": Product("h_ratio", {"b": 1}, doc="height of the workspace"),
+        "cycle_width": Product("cycle_width_ratio", {"b": 1}, doc="width of the cycle"),
+        "cycle_lift": Product(
+            "cycle_lift_ratio", {"cycle_width_ratio": 1, "b": 1}, doc="lift of the cycle"
+        ),
+        "cycle_time": Product(
+            "cycle_time_ratio", {"b": 0.5}, "s", "time of the cycle", factor=0.30 / math.sqrt(0.8)
+        ),
+    },
     motion={},
 )
 

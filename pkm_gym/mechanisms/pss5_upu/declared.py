@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
+from pkm_gym.core.product import Product
 from pkm_gym.core.rows import index, own, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
@@ -22,6 +23,7 @@ LEAST_COSINE = 0.2  # of a rod to its rail
 LEAST_GAP = radians(20.0)  # of neighbouring joints on base and platform
 RAIL_SHARE = 0.95  # of R / cos theta, where the rails meet
 LEAST_RCOND = 1e-3
+LENGTHS = ("r", "R", "L")
 SINGULAR_AT_HOME = "singular at the home pose: rank 4 of 6"
 
 
@@ -137,6 +139,11 @@ PSS5_UPU = Declaration(
     indices=Indices,
     limits=Limits,
     constraints=CONSTRAINTS,
+    dimensions=LENGTHS,
+    products={
+        "half_width": Product("xy", {"n": 1}, doc="half the box's width in x and y"),
+        "half_height": Product("z", {"n": 1}, doc="half the box's height"),
+    },
     objectives=(
         Objective("gti", "maximise", worst=0.0, scale=0.224),
         Objective("F", "maximise", worst=0.0, scale=1.848),
@@ -286,6 +293,15 @@ PSS5_UPU_SKEW = Declaration(
         Limit("force", "upper", "force", scale="relative"),
         Limit("height", "upper", "height"),
     ),
+    dimensions=LENGTHS,
+    products={
+        "half_width": Product("x", {"n": 1}, doc="half the box's width in x"),
+        "half_depth": Product("y", {"n": 1}, doc="half the box's width in y"),
+        "half_height": Product("z", {"n": 1}, doc="half the box's height"),
+        "centre": Product("x0", {"n": 1}, doc="x of the box's centre"),
+        "rail": Product("rail_length", {"n": 1}, doc="length of the rails"),
+        "top": Product("height", {"n": 1}, doc="largest height of the platform"),
+    },
     objectives=(
         Objective("gti", "maximise", worst=0.0, scale=0.831),
         Objective("F", "maximise", worst=0.0, scale=3.361),

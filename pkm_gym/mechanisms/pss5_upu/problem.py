@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
-from pkm_gym.core.dimensions import SMALLEST, dimensions_violation
+from pkm_gym.core.dimensions import SMALLEST, all_of, dimensions_violation, positive
 from pkm_gym.core.mechanism import IndexMap, Mechanism
 from pkm_gym.core.merit import write
 from pkm_gym.core.problem import DesignProblem
@@ -18,6 +19,7 @@ from pkm_gym.core.rows import Measured
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.pss5_upu.declared import (
     DESIGN,
+    LENGTHS,
     LEVELS,
     PSS5_UPU,
     RAIL_SHARE,
@@ -206,6 +208,19 @@ class BoxProblem(DesignProblem):
             found,
         )  # fmt: skip
         return found
+
+    def from_dimensions(
+        self, dimensions: Mapping[str, float], task: Any
+    ) -> tuple[dict[str, float], dict[str, float]]:
+        """Turn r, R, L (m) into shares and n, beside angles and lam0 as they are."""
+        del task
+        values = {k: x for k, x in dimensions.items() if k not in LENGTHS}
+        given = {k: x for k, x in dimensions.items() if k in LENGTHS or k in ("n2", "n3")}
+        if not (lengths := all_of(LENGTHS, given, "m")):
+            return dict(dimensions), {}
+        r, R, L = positive(lengths, "m")
+        n = (r + R + L) / 3.0
+        return {**values, "n2": R / n, "n3": L / n}, {"n": n}
 
     def sizes(self, design: FloatArray) -> dict[str, float]:
         """Return the shares of a complete design."""

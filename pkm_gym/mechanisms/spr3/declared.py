@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
+from pkm_gym.core.product import Product
 from pkm_gym.core.rows import index, own, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
@@ -116,6 +117,10 @@ SPR3 = Declaration(
     objectives=(Objective("gci", "maximise", worst=0.0),),
     penalty_weight=5.0,
     dimensions=("r2", "a", "b", "q_min", "q_max"),
+    products={
+        "volume": Product("volume_min", {"D": 3}, "m^3", "smallest volume of the workspace"),
+        "offset": Product("parasitic_max", {"D": 1}, doc="largest parasitic offset"),
+    },
     motion={"speed": 20.0, "frame_skip": 20},
 )
 

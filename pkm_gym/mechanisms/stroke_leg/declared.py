@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
 from pkm_gym.core.options import Options, option
+from pkm_gym.core.product import Product
 from pkm_gym.core.rows import Index, index, own, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
 
@@ -180,7 +181,7 @@ STROKE_LEG = Declaration(
     title="2-DOF stroke-amplification leg of a quadruped",
     problem="pkm_gym.mechanisms.stroke_leg.problem:StrokeLegProblem",
     task=StrokeLegTask,
-    products={"l_max": ("ratio", "l_min")},
+    products={"l_max": Product("ratio", {"l_min": 1}, doc="longest cylinder")},
     options=StrokeLegOptions,
     design=Design,
     indices=Indices,
@@ -324,7 +325,7 @@ STROKE_LEG_GAIT = Declaration(
     title="stroke-amplification leg for a given gait",
     problem="pkm_gym.mechanisms.stroke_leg.gait:StrokeLegGaitProblem",
     task=GaitTask,
-    products={"l_max": ("ratio", "l_min")},
+    products={"l_max": Product("ratio", {"l_min": 1}, doc="longest cylinder")},
     design=GaitDesign,
     indices=GaitIndices,
     limits=GaitLimits,
