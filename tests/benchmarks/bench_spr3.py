@@ -16,7 +16,7 @@ import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.sampling import symmetric_cube
 from pkm_gym.mechanisms.spr3 import problem as spr3
-from pkm_gym.mechanisms.spr3.indices import isotropic_leg
+from pkm_gym.mechanisms.spr3.box import isotropic_leg
 
 DESIGNS = 2048
 CHUNK = 64  # designs a chunk: its arrays stay in the cache

@@ -12,7 +12,8 @@ from pkm_gym.core.compile import kernel
 from pkm_gym.core.mechanism import IndexMap, dimension
 from pkm_gym.core.sampling import lowest_of_five, rectangle
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, smallest_projections
+from pkm_gym.mechanisms.spr3.box import SMALLEST_PART
+from pkm_gym.mechanisms.spr3.indices import conditioning, smallest_projections
 from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
 from pkm_gym.mechanisms.spr3.mechanism import LCI, Spr3
 from pkm_gym.mechanisms.spr3.words import position
