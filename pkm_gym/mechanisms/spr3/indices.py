@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numba
 
@@ -16,6 +15,7 @@ from pkm_gym.mechanisms.spr3.kinematics import (
     fold_margin,
     turned,
 )
+from pkm_gym.mechanisms.spr3.lockstep import Lanes, filled
 from pkm_gym.mechanisms.spr3.velocity import angular_velocity, jacobian_row, leg_direction
 
 
@@ -95,22 +95,26 @@ def parasitic(hx: float, hy: float, b: float) -> float:
 
 
 @kernel
-def conditioning_of(poses: Any, a: float, b: float, length: float, spin: float, local: Any) -> None:
-    """Fill ``local`` (det, lci), records of ``Lanes``, from ``poses``: see ``conditioning``."""
+def conditioning_of(
+    lanes: Lanes, count: int, a: float, b: float, length: float, spin: float
+) -> None:
+    """Fill ``lanes.local`` from the first ``count`` poses: see ``conditioning``."""
+    poses, local = lanes.poses, lanes.local
     if length > 0.0:
-        for k in range(poses.shape[0]):
+        for k in range(filled(count)):
             pose, here = poses[k], local[k]
             here.det, here.lci = conditioning(pose.hx, pose.hy, pose.s, a, b, length, spin)
     else:
-        for k in range(poses.shape[0]):
+        for k in range(filled(count)):
             pose, here = poses[k], local[k]
             here.det, here.lci = conditioning(pose.hx, pose.hy, pose.s, a, b, 0.0, 1.0)
 
 
 @kernel
-def projections_of(poses: Any, a: float, b: float, joints: Any) -> None:
-    """Fill ``joints`` (s_cos, r_sin), records of ``Lanes``: see ``smallest_projections``."""
-    for k in range(poses.shape[0]):
+def projections_of(lanes: Lanes, count: int, a: float, b: float) -> None:
+    """Fill ``lanes.joints`` from the first ``count`` poses: see ``smallest_projections``."""
+    poses, joints = lanes.poses, lanes.joints
+    for k in range(filled(count)):
         pose, here = poses[k], joints[k]
         here.s_cos, here.r_sin = smallest_projections(pose.hx, pose.hy, pose.s, a, b)
 

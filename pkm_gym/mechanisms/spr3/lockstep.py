@@ -53,16 +53,6 @@ def lanes_for(count: int) -> Lanes:
     return Lanes(np.empty(n, LEGS), np.empty(n, POSE), np.empty(n, LOCAL), np.empty(n, JOINTS))
 
 
-@kernel
-def first_lanes(scratch: Lanes, count: int, q_c: float) -> Lanes:
-    """Return the first ``count`` of the lanes; those that fill the last vector stay at home."""
-    n = filled(count)
-    legs = scratch.legs[:n]
-    for k in range(count, n):
-        legs[k].q1 = legs[k].q2 = legs[k].q3 = q_c
-    return Lanes(legs, scratch.poses[:n], scratch.local[:n], scratch.joints[:n])
-
-
 @formula
 def step_from_home(
     q1: float, q2: float, q3: float, q_c: float, s: float, b: float, scale: float
@@ -114,25 +104,28 @@ def pose_in_steps(
 
 
 @kernel
-def solve_in_steps(legs: Any, q_c: float, a: float, b: float, poses: Any) -> None:
-    """Fill ``poses`` from ``legs``: see ``pose_in_steps``."""
+def solve_in_steps(legs: Any, n: int, q_c: float, a: float, b: float, poses: Any) -> None:
+    """Fill ``poses`` from ``legs``, the first n of them: see ``pose_in_steps``."""
     home = level(q_c, a, b)
-    for k in range(legs.shape[0]):
+    for k in range(n):
         leg, pose = legs[k], poses[k]
         pose.hx, pose.hy, pose.s, pose.done = pose_in_steps(leg.q1, leg.q2, leg.q3, q_c, home, a, b)
 
 
 @kernel
-def solve(lanes: Lanes, q_c: float, a: float, b: float) -> None:
-    """Fill the lanes' poses from their leg lengths, by straight joint paths from home.
+def solve(lanes: Lanes, count: int, q_c: float, a: float, b: float) -> None:
+    """Fill the first ``count`` poses from their leg lengths, by straight joint paths from home.
 
-    Home is the level pose with legs q_c; ``done`` is the share of the path followed: 1, or less
-    where a parallel singularity bars the way.
+    Home is the level pose with legs q_c, where the lanes that fill the last vector stay; ``done``
+    is the share of the path followed: 1, or less where a parallel singularity bars the way.
     """
-    solve_in_steps(lanes.legs, q_c, a, b, lanes.poses)
-    for k in range(lanes.legs.shape[0]):
-        leg, pose = lanes.legs[k], lanes.poses[k]
-        if pose.done == 0.0:
+    legs, poses = lanes.legs, lanes.poses
+    for k in range(count, filled(count)):
+        legs[k].q1 = legs[k].q2 = legs[k].q3 = q_c
+    solve_in_steps(legs, filled(count), q_c, a, b, poses)
+    for k in range(count):
+        if poses[k].done == 0.0:
+            leg, pose = legs[k], poses[k]
             pose.hx, pose.hy, pose.s, pose.done = follow(
                 0.0, 0.0, level(q_c, a, b), q_c, q_c, q_c, leg.q1, leg.q2, leg.q3, a, b
             )
