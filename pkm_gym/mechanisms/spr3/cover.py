@@ -13,46 +13,60 @@ from pkm_gym.core.mechanism import IndexMap, dimension
 from pkm_gym.core.sampling import lowest_of_five, rectangle
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.box import SMALLEST_PART
-from pkm_gym.mechanisms.spr3.indices import conditioning, smallest_projections
-from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
+from pkm_gym.mechanisms.spr3.indices import conditioning_of, projections_of
+from pkm_gym.mechanisms.spr3.kinematics import fold_margin
+from pkm_gym.mechanisms.spr3.lockstep import Lanes, legs_of, solve_places
 from pkm_gym.mechanisms.spr3.mechanism import LCI, Spr3
 from pkm_gym.mechanisms.spr3.words import position
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
 
+# How many places of a cylinder are looked at together.
+LOOKS = 16
+
 
 @kernel
-def _look(
-    x: float, y: float, z: float, a: float, b: float, extremes: FloatArray
-) -> tuple[float, float]:
-    """Return the shortest leg and the smallest S cosine at a position, and keep the extremes.
+def _look(lanes: Lanes, count: int, a: float, b: float, extremes: FloatArray) -> None:
+    """Keep the extremes over the first ``count`` places.
 
     ``extremes`` (7,): positions looked at, the sum of the shares of the way there, smallest det J,
     shortest and longest leg (m), smallest S cosine, smallest margin to the fold.
     """
-    hx, hy, s, done = pose_at(x, y, z, b)
-    extremes[0] += 1.0
-    extremes[1] += done
-    if done < 1.0:
-        return math.inf, math.inf
-    det, _ = conditioning(hx, hy, s, a, b, 0.0, 1.0)
-    q1 = leg_length(hx, hy, s, a, b, COS[0], SIN[0])
-    q2 = leg_length(hx, hy, s, a, b, COS[1], SIN[1])
-    q3 = leg_length(hx, hy, s, a, b, COS[2], SIN[2])
-    s_cos, _ = smallest_projections(hx, hy, s, a, b)
-    extremes[2] = min(extremes[2], det)
-    extremes[3] = min(extremes[3], q1, q2, q3)
-    extremes[4] = max(extremes[4], q1, q2, q3)
-    extremes[5] = min(extremes[5], s_cos)
-    extremes[6] = min(extremes[6], fold_margin(hx, hy, s, b))
-    return min(q1, q2, q3), s_cos
+    solve_places(lanes, count, b)
+    conditioning_of(lanes, count, a, b, 0.0, 1.0)
+    projections_of(lanes, count, a, b)
+    legs_of(lanes, count, a, b)
+    extremes[0] += count
+    for k in range(count):
+        pose, leg = lanes.poses[k], lanes.legs[k]
+        extremes[1] += pose.done
+        if pose.done < 1.0:
+            continue
+        extremes[2] = min(extremes[2], lanes.local[k].det)
+        extremes[3] = min(extremes[3], leg.q1, leg.q2, leg.q3)
+        extremes[4] = max(extremes[4], leg.q1, leg.q2, leg.q3)
+        extremes[5] = min(extremes[5], lanes.joints[k].s_cos)
+        extremes[6] = min(extremes[6], fold_margin(pose.hx, pose.hy, pose.s, b))
+
+
+@kernel
+def _put(lanes: Lanes, k: int, x: float, y: float, z: float) -> None:
+    """Set lane k's place."""
+    place = lanes.places[k]
+    place.x, place.y, place.z = x, y, z
 
 
 @kernel
 def cylinder_extremes(
-    a: float, b: float, z_c: float, radius: float, height: float, extremes: FloatArray
+    a: float,
+    b: float,
+    z_c: float,
+    radius: float,
+    height: float,
+    lanes: Lanes,
+    extremes: FloatArray,
 ) -> None:
-    """Fill ``extremes`` (7,), see ``_look``, over a cylinder.
+    """Fill ``extremes`` (7,), see ``_look``, over a cylinder; ``lanes`` for ``LOOKS`` places.
 
     Looked at: the rims, the ends of the axis and the near end's radius under leg 3, where the
     extremes lie; for the shortest leg and the S angle once more between the samples.
@@ -60,19 +74,24 @@ def cylinder_extremes(
     near, far = z_c - 0.5 * height, z_c + 0.5 * height
     extremes[:] = 0.0
     extremes[2] = extremes[3] = extremes[5] = extremes[6] = math.inf
-    shortest, cosines = np.empty(5), np.empty(5)
     for k in range(5):
         x, y = radius * math.cos(0.25 * k * SIXTH), radius * math.sin(0.25 * k * SIXTH)
-        _, cosines[k] = _look(x, y, near, a, b, extremes)
-        shortest[k], _ = _look(0.25 * k * radius, 0.0, near, a, b, extremes)
-        _look(x, y, far, a, b, extremes)
-    _look(0.0, 0.0, far, a, b, extremes)
+        _put(lanes, 3 * k, x, y, near)
+        _put(lanes, 3 * k + 1, 0.25 * k * radius, 0.0, near)
+        _put(lanes, 3 * k + 2, x, y, far)
+    _put(lanes, LOOKS - 1, 0.0, 0.0, far)
+    _look(lanes, LOOKS, a, b, extremes)
     if extremes[1] == extremes[0]:
+        shortest, cosines = np.empty(5), np.empty(5)
+        for k in range(5):
+            leg = lanes.legs[3 * k + 1]
+            cosines[k], shortest[k] = lanes.joints[3 * k].s_cos, min(leg.q1, leg.q2, leg.q3)
         _, again = lowest_of_five(shortest)
-        _look(0.25 * again * radius, 0.0, near, a, b, extremes)
+        _put(lanes, 0, 0.25 * again * radius, 0.0, near)
         _, again = lowest_of_five(cosines)
         azimuth = 0.25 * again * SIXTH
-        _look(radius * math.cos(azimuth), radius * math.sin(azimuth), near, a, b, extremes)
+        _put(lanes, 1, radius * math.cos(azimuth), radius * math.sin(azimuth), near)
+        _look(lanes, 2, a, b, extremes)
 
 
 @kernel
@@ -86,6 +105,7 @@ def cylinder_mean(
     spin: float,
     nodes: FloatArray,
     weights: FloatArray,
+    lanes: Lanes,
 ) -> tuple[float, float]:
     """Return the smallest det J and the mean conditioning index over nodes of the cylinder.
 
@@ -96,19 +116,22 @@ def cylinder_mean(
     cut = far
     if length == 0.0:
         cut = min(far, max(near, b * math.sqrt(0.5)))
-    det, mean = math.inf, 0.0
+    det, mean, count = math.inf, 0.0, nodes.shape[0]
     for start, end in ((near, cut), (cut, far)):
         part = (end - start) / height
         if part < SMALLEST_PART:
             continue
-        for k in range(nodes.shape[0]):
-            z = 0.5 * (start + end + (end - start) * nodes[k, 2])
-            hx, hy, s, done = pose_at(radius * nodes[k, 0], radius * nodes[k, 1], z, b)
-            if done < 1.0:
+        for k in range(count):
+            place = lanes.places[k]
+            place.x, place.y = radius * nodes[k, 0], radius * nodes[k, 1]
+            place.z = 0.5 * (start + end + (end - start) * nodes[k, 2])
+        solve_places(lanes, count, b)
+        conditioning_of(lanes, count, a, b, length, spin)
+        for k in range(count):
+            if lanes.poses[k].done < 1.0:
                 return -math.inf, math.nan
-            here, lci = conditioning(hx, hy, s, a, b, length, spin)
-            det = min(det, here)
-            mean += part * weights[k] * lci
+            det = min(det, lanes.local[k].det)
+            mean += part * weights[k] * lanes.local[k].lci
     return det, mean
 
 

@@ -16,7 +16,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import triangular_cylinder
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.cover import CylinderSpr3, cylinder_extremes, cylinder_mean
+from pkm_gym.mechanisms.spr3.cover import LOOKS, CylinderSpr3, cylinder_extremes, cylinder_mean
 from pkm_gym.mechanisms.spr3.declared import (
     CYLINDER_DESIGN,
     CYLINDER_TASK,
@@ -31,6 +31,7 @@ from pkm_gym.mechanisms.spr3.declared import (
     Spr3Options,
 )
 from pkm_gym.mechanisms.spr3.indices import homogeneous
+from pkm_gym.mechanisms.spr3.lockstep import lanes_for
 from pkm_gym.mechanisms.spr3.words import assembly_over_cylinder
 
 # The least that a cylinder counts as out of reach.
@@ -78,15 +79,16 @@ def measure_one(
     if impossible > 0.0:
         return CYLINDER_UNDEFINED, CylinderLimits(impossible, math.nan), 0.0
 
+    lanes = lanes_for(max(LOOKS, nodes.shape[0]))
     sunk, share, gci = 0.5 * height / z_c - 1.0, 0.0, math.nan
     if sunk < 0.0:
-        cylinder_extremes(a, b, z_c, radius, height, extremes)
+        cylinder_extremes(a, b, z_c, radius, height, lanes, extremes)
         share = extremes[1] / extremes[0]
     _, _, det, q_min, q_max, s_cos, fold = extremes
     D = (a + b + 0.5 * (q_min + q_max)) / 3.0
     if share == 1.0:
         length, spin = homogeneous(jacobian, a, b, D)
-        inside, gci = cylinder_mean(a, b, z_c, radius, height, length, spin, nodes, weights)
+        inside, gci = cylinder_mean(a, b, z_c, radius, height, length, spin, nodes, weights, lanes)
         det = min(det, inside)
     if not gci > 0.0:
         unreached = max(0.0, sunk) + max(REACH_MARGIN, 1.0 - share)
@@ -122,7 +124,7 @@ class Spr3CylinderProblem(DesignProblem):
         self._jacobian = JACOBIANS.index(self.options.jacobian)
         scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
         self.scale = scales.gci
-        self._work = 6.0 + 0.5 * self.options.nodes**3  # microseconds a design
+        self._work = 2.0 + 0.05 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
         measure(
@@ -138,7 +140,7 @@ class Spr3CylinderProblem(DesignProblem):
     def _mechanism(self, design: FloatArray, task: CylinderTask) -> CylinderSpr3:
         a, b, z_c = map(float, design)
         extremes = np.empty(7)
-        cylinder_extremes(a, b, z_c, task.radius, task.height, extremes)
+        cylinder_extremes(a, b, z_c, task.radius, task.height, lanes_for(LOOKS), extremes)
         q_min, q_max = map(float, extremes[3:5])  # of what is reached: more than one length
         return CylinderSpr3(
             a=a,
