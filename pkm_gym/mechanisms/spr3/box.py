@@ -16,83 +16,92 @@ from pkm_gym.mechanisms.spr3.lockstep import Lanes, solve
 # A part of the joint box thinner than this share of it counts for nothing.
 SMALLEST_PART = 1e-9
 
-# The most poses at corners and edges of the joint box that are looked at together.
-SAMPLES = 10
+# Points of the joint box in units of lam q_c around q_c: the corners that symmetry leaves, and
+# samples of the two edges (-1, -1, t) and (-1, t, 1) between these. Kernels take them as arguments:
+# a loop whose few rounds are known beforehand isn't vectorised.
+CORNERS = np.array([(-1.0, -1.0, -1.0), (-1.0, -1.0, 1.0), (-1.0, 1.0, 1.0), (1.0, 1.0, 1.0)])
+BETWEEN = (-0.5, 0.0, 0.5)
+EDGES = np.array([(-1.0, -1.0, t) for t in BETWEEN] + [(-1.0, t, 1.0) for t in BETWEEN])
+
+
+@kernel
+def _solve_at(at: FloatArray, a: float, b: float, q_c: float, lam: float, lanes: Lanes) -> None:
+    """Fill the lanes' poses and joints at points ``at`` (n, 3) of the box."""
+    count = at.shape[0]
+    for k in range(count):
+        leg = lanes.legs[k]
+        leg.q1 = q_c * (1.0 + lam * at[k, 0])
+        leg.q2 = q_c * (1.0 + lam * at[k, 1])
+        leg.q3 = q_c * (1.0 + lam * at[k, 2])
+    solve(lanes, count, q_c, a, b)
+    projections_of(lanes, count, a, b)
 
 
 @kernel
 def corners(
-    a: float, b: float, q_c: float, lam: float, length: float, spin: float, lanes: Lanes
+    a: float,
+    b: float,
+    q_c: float,
+    lam: float,
+    length: float,
+    spin: float,
+    at: FloatArray,
+    lanes: Lanes,
+    sines: FloatArray,
 ) -> tuple[float, float, float, float, float, float]:
     """Return what the corners of the joint box say; legs from q_c (1 - lam) to q_c (1 + lam).
 
-    The four corners that symmetry leaves, each reached by the straight joint path from home. The
-    extremes over the box lie there, but for the R joint's.
+    ``at`` are ``CORNERS``, each reached by the straight joint path from home. The extremes over the
+    box lie there, but for the R joint's: its sines there are kept at the ends of ``sines`` (2, 5),
+    for ``smallest_revolute_sine``.
 
     Returns:
         the mean share of the paths followed; and over the corners the smallest det J, fold margin
         and local conditioning index, the largest parasitic offset, the smallest S cosine, where
         all are reached.
     """
-    low, high = q_c * (1.0 - lam), q_c * (1.0 + lam)
     share = offset = 0.0
     det = fold = lci = s_cos = math.inf
-    for raised in range(4):
-        leg = lanes.legs[raised]
-        leg.q1 = high if raised > 2 else low
-        leg.q2 = high if raised > 1 else low
-        leg.q3 = high if raised > 0 else low
-    solve(lanes, 4, q_c, a, b)
-    conditioning_of(lanes, 4, a, b, length, spin)
-    for k in range(4):
+    count = at.shape[0]
+    _solve_at(at, a, b, q_c, lam, lanes)
+    conditioning_of(lanes, count, a, b, length, spin)
+    for k in range(count):
         pose, local = lanes.poses[k], lanes.local[k]
-        share += 0.25 * pose.done
+        share += pose.done / count
         det, lci = min(det, local.det), min(lci, local.lci)
         fold = min(fold, fold_margin(pose.hx, pose.hy, pose.s, b))
         offset = max(offset, parasitic(pose.hx, pose.hy, b))
-    projections_of(lanes, 4, a, b)
-    for k in range(4):
         s_cos = min(s_cos, lanes.joints[k].s_cos)
+    for edge in range(2):
+        sines[edge, 0] = lanes.joints[edge].r_sin
+        sines[edge, 4] = lanes.joints[edge + 1].r_sin
     return share, det, fold, lci, offset, s_cos
 
 
 @kernel
-def _sines_on_edges(
-    at: FloatArray, a: float, b: float, q_c: float, lam: float, lanes: Lanes, sines: FloatArray
-) -> None:
-    """Fill ``sines`` (2, n): the smallest R sine at ``at`` (2, n), -1 to 1, of the box's two edges.
-
-    The edges are (-1, -1, t) and (-1, t, 1).
-    """
-    n = at.shape[1]
-    low, high = q_c * (1.0 - lam), q_c * (1.0 + lam)
-    for k in range(n):
-        one, other = lanes.legs[k], lanes.legs[n + k]
-        one.q1, one.q2, one.q3 = low, low, q_c * (1.0 + lam * at[0, k])
-        other.q1, other.q2, other.q3 = low, q_c * (1.0 + lam * at[1, k]), high
-    solve(lanes, 2 * n, q_c, a, b)
-    projections_of(lanes, 2 * n, a, b)
-    for k in range(n):
-        sines[0, k], sines[1, k] = lanes.joints[k].r_sin, lanes.joints[n + k].r_sin
-
-
-@kernel
-def smallest_revolute_sine(a: float, b: float, q_c: float, lam: float, lanes: Lanes) -> float:
+def smallest_revolute_sine(
+    a: float,
+    b: float,
+    q_c: float,
+    lam: float,
+    at: FloatArray,
+    lanes: Lanes,
+    sines: FloatArray,
+) -> float:
     """Return the smallest sine of the R joints over the box: it lies on one of two edges.
 
-    Five samples an edge, and one more at the vertex of the parabola through the lowest three.
+    ``at`` are ``EDGES``, three samples of each, and ``corners`` has kept those at their ends; one
+    more is taken at the vertex of the parabola through the lowest three.
     """
-    at, sines = np.empty((2, 5)), np.empty((2, 5))
-    for k in range(5):
-        at[:, k] = 0.5 * k - 1.0
-    _sines_on_edges(at, a, b, q_c, lam, lanes, sines)
-    smallest = math.inf
+    _solve_at(at, a, b, q_c, lam, lanes)
+    again = np.zeros_like(at)  # the others stay at home
     for edge in range(2):
-        lowest, vertex = lowest_of_five(sines[edge])
-        smallest = min(smallest, sines[edge, lowest])
-        at[edge, 0] = 0.5 * vertex - 1.0
-    _sines_on_edges(at[:, :1], a, b, q_c, lam, lanes, sines)
-    return min(smallest, sines[0, 0], sines[1, 0])
+        for k in range(3):
+            sines[edge, k + 1] = lanes.joints[3 * edge + k].r_sin
+        again[3 * edge] = at[3 * edge]
+        again[3 * edge, 2 - edge] = 0.5 * lowest_of_five(sines[edge])[1] - 1.0
+    _solve_at(again, a, b, q_c, lam, lanes)
+    return min(sines.min(), lanes.joints[0].r_sin, lanes.joints[3].r_sin)
 
 
 @kernel
