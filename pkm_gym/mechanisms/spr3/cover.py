@@ -21,21 +21,43 @@ from pkm_gym.mechanisms.spr3.words import position
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
 
-# How many places of a cylinder are looked at together.
-LOOKS = 16
+# Where extremes lie, in units of radius and half height around the centre: five points each of the
+# near rim, the near radius under leg 3 and the far rim, and the far end's centre. Kernels take them
+# as an argument: a loop whose few rounds are known beforehand isn't vectorised.
+FIFTHS = np.linspace(0.0, 1.0, 5)
+RIM = np.stack([np.cos(SIXTH * FIFTHS), np.sin(SIXTH * FIFTHS)], axis=-1)
+LOOKS = np.array(
+    [(x, y, -1.0) for x, y in RIM] + [(x, 0.0, -1.0) for x in FIFTHS]
+    + [(x, y, 1.0) for x, y in RIM] + [(0.0, 0.0, 1.0)]
+)  # fmt: skip
 
 
 @kernel
-def _look(lanes: Lanes, count: int, a: float, b: float, extremes: FloatArray) -> None:
-    """Keep the extremes over the first ``count`` places.
+def _look(
+    at: FloatArray,
+    count: int,
+    a: float,
+    b: float,
+    z_c: float,
+    radius: float,
+    height: float,
+    lanes: Lanes,
+    extremes: FloatArray,
+) -> None:
+    """Keep the extremes over the first ``count`` of points ``at`` (n, 3), in ``LOOKS``'s units.
 
     ``extremes`` (7,): positions looked at, the sum of the shares of the way there, smallest det J,
     shortest and longest leg (m), smallest S cosine, smallest margin to the fold.
     """
-    solve_places(lanes, count, b)
-    conditioning_of(lanes, count, a, b, 0.0, 1.0)
-    projections_of(lanes, count, a, b)
-    legs_of(lanes, count, a, b)
+    n = at.shape[0]
+    for k in range(n):
+        place = lanes.places[k]
+        place.x, place.y = radius * at[k, 0], radius * at[k, 1]
+        place.z = z_c + 0.5 * height * at[k, 2]
+    solve_places(lanes, n, b)
+    conditioning_of(lanes, n, a, b, 0.0, 1.0)
+    projections_of(lanes, n, a, b)
+    legs_of(lanes, n, a, b)
     extremes[0] += count
     for k in range(count):
         pose, leg = lanes.poses[k], lanes.legs[k]
@@ -50,48 +72,34 @@ def _look(lanes: Lanes, count: int, a: float, b: float, extremes: FloatArray) ->
 
 
 @kernel
-def _put(lanes: Lanes, k: int, x: float, y: float, z: float) -> None:
-    """Set lane k's place."""
-    place = lanes.places[k]
-    place.x, place.y, place.z = x, y, z
-
-
-@kernel
 def cylinder_extremes(
     a: float,
     b: float,
     z_c: float,
     radius: float,
     height: float,
+    looks: FloatArray,
     lanes: Lanes,
     extremes: FloatArray,
 ) -> None:
-    """Fill ``extremes`` (7,), see ``_look``, over a cylinder; ``lanes`` for ``LOOKS`` places.
+    """Fill ``extremes`` (7,), see ``_look``, over a cylinder, from ``LOOKS``.
 
-    Looked at: the rims, the ends of the axis and the near end's radius under leg 3, where the
-    extremes lie; for the shortest leg and the S angle once more between the samples.
+    For the shortest leg and the S angle it is looked at once more between the samples.
     """
-    near, far = z_c - 0.5 * height, z_c + 0.5 * height
     extremes[:] = 0.0
     extremes[2] = extremes[3] = extremes[5] = extremes[6] = math.inf
-    for k in range(5):
-        x, y = radius * math.cos(0.25 * k * SIXTH), radius * math.sin(0.25 * k * SIXTH)
-        _put(lanes, 3 * k, x, y, near)
-        _put(lanes, 3 * k + 1, 0.25 * k * radius, 0.0, near)
-        _put(lanes, 3 * k + 2, x, y, far)
-    _put(lanes, LOOKS - 1, 0.0, 0.0, far)
-    _look(lanes, LOOKS, a, b, extremes)
+    _look(looks, looks.shape[0], a, b, z_c, radius, height, lanes, extremes)
     if extremes[1] == extremes[0]:
         shortest, cosines = np.empty(5), np.empty(5)
         for k in range(5):
-            leg = lanes.legs[3 * k + 1]
-            cosines[k], shortest[k] = lanes.joints[3 * k].s_cos, min(leg.q1, leg.q2, leg.q3)
-        _, again = lowest_of_five(shortest)
-        _put(lanes, 0, 0.25 * again * radius, 0.0, near)
-        _, again = lowest_of_five(cosines)
-        azimuth = 0.25 * again * SIXTH
-        _put(lanes, 1, radius * math.cos(azimuth), radius * math.sin(azimuth), near)
-        _look(lanes, 2, a, b, extremes)
+            leg = lanes.legs[5 + k]
+            shortest[k], cosines[k] = min(leg.q1, leg.q2, leg.q3), lanes.joints[k].s_cos
+        azimuth = 0.25 * lowest_of_five(cosines)[1] * SIXTH
+        again = np.zeros_like(looks)  # the others stay at the centre
+        again[:2, 2] = -1.0
+        again[0, 0] = 0.25 * lowest_of_five(shortest)[1]
+        again[1, 0], again[1, 1] = math.cos(azimuth), math.sin(azimuth)
+        _look(again, 2, a, b, z_c, radius, height, lanes, extremes)
 
 
 @kernel

@@ -48,6 +48,7 @@ def measure(
     jacobian: int,
     nodes: FloatArray,
     weights: FloatArray,
+    looks: FloatArray,
     table: FloatArray,
     own: FloatArray,
     unreached: FloatArray,
@@ -58,7 +59,7 @@ def measure(
         task = tasks.view(CYLINDER_TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(CYLINDER_DESIGN)[i, 0]
         indices, limits, unreached[i] = measure_one(
-            design, task, jacobian, nodes, weights, extremes
+            design, task, jacobian, nodes, weights, looks, extremes
         )
         write(table[i], indices)
         write(own[i], limits)
@@ -71,6 +72,7 @@ def measure_one(
     jacobian: int,
     nodes: FloatArray,
     weights: FloatArray,
+    looks: FloatArray,
     extremes: FloatArray,
 ) -> tuple[CylinderIndices, CylinderLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
@@ -79,10 +81,10 @@ def measure_one(
     if impossible > 0.0:
         return CYLINDER_UNDEFINED, CylinderLimits(impossible, math.nan), 0.0
 
-    lanes = lanes_for(max(LOOKS, nodes.shape[0]))
+    lanes = lanes_for(max(looks.shape[0], nodes.shape[0]))
     sunk, share, gci = 0.5 * height / z_c - 1.0, 0.0, math.nan
     if sunk < 0.0:
-        cylinder_extremes(a, b, z_c, radius, height, lanes, extremes)
+        cylinder_extremes(a, b, z_c, radius, height, looks, lanes, extremes)
         share = extremes[1] / extremes[0]
     _, _, det, q_min, q_max, s_cos, fold = extremes
     D = (a + b + 0.5 * (q_min + q_max)) / 3.0
@@ -120,7 +122,7 @@ class Spr3CylinderProblem(DesignProblem):
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
-        self._nodes = triangular_cylinder(self.options.nodes)
+        self._nodes = (*triangular_cylinder(self.options.nodes), LOOKS)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
         scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
         self.scale = scales.gci
@@ -140,7 +142,8 @@ class Spr3CylinderProblem(DesignProblem):
     def _mechanism(self, design: FloatArray, task: CylinderTask) -> CylinderSpr3:
         a, b, z_c = map(float, design)
         extremes = np.empty(7)
-        cylinder_extremes(a, b, z_c, task.radius, task.height, lanes_for(LOOKS), extremes)
+        lanes = lanes_for(len(LOOKS))
+        cylinder_extremes(a, b, z_c, task.radius, task.height, LOOKS, lanes, extremes)
         q_min, q_max = map(float, extremes[3:5])  # of what is reached: more than one length
         return CylinderSpr3(
             a=a,

@@ -185,11 +185,11 @@ def largest_cylinder(machine: Spr3, slenderness: float = 0.5) -> tuple[float, fl
         raise ValueError(
             f"no cylinder fits: legs of {machine.q_min:g} m can't hold the platform level"
         )
-    extremes, lanes = np.empty(7), lanes_for(LOOKS)
+    extremes, lanes = np.empty(7), lanes_for(len(LOOKS))
 
     def margins(radius: float, z_c: float) -> tuple[float, float]:
         height = slenderness * radius
-        cylinder_extremes(machine.a, machine.b, z_c, radius, height, lanes, extremes)
+        cylinder_extremes(machine.a, machine.b, z_c, radius, height, LOOKS, lanes, extremes)
         if extremes[1] < extremes[0]:  # beyond the fold
             return -machine.q_max, -machine.q_max
         return float(extremes[3] - machine.q_min), float(machine.q_max - extremes[4])
