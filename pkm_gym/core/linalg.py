@@ -6,6 +6,9 @@ import math
 
 from pkm_gym.core.compile import formula
 
+# Keeps a division by zero away where the three singular values are equal to the last digit.
+SMALLEST_SQUARE = 1e-280
+
 
 @formula
 def dot2(ax: float, ay: float, bx: float, by: float) -> float:
@@ -82,16 +85,14 @@ def squared_singular_values3(
     """Return the squared singular values, largest first, of a matrix with rows a, b and c.
 
     With S the traceless part of the Gram matrix and T that of S^2, scaled to the length of S, the
-    angle between the two is three times that of the cubic's trigonometric solution. It is taken
-    from |S - T| and |S + T|: its cosine would lose half the digits next to two equal values. The
-    smallest one is ``det2``, the squared determinant, over the product of the others.
+    angle between the two is three times that of the cubic's trigonometric solution. Its half is
+    taken from |S - T| and |S + T|: its cosine would lose half the digits next to two equal values.
+    The smallest one is ``det2``, the squared determinant, over the product of the others.
     """
     mean = (aa + bb + cc) / 3.0
     p, q, r = aa - mean, bb - mean, cc - mean
     x, y, z = ab * ab, ac * ac, bc * bc
-    radius2 = (p * p + q * q + r * r + 2.0 * (x + y + z)) / 6.0
-    if not radius2 > 0.0:
-        return mean, mean, mean
+    radius2 = max((p * p + q * q + r * r + 2.0 * (x + y + z)) / 6.0, SMALLEST_SQUARE)
     radius = math.sqrt(radius2)
     scale = 1.0 / radius
     tp = (p * p + x + y - 2.0 * radius2) * scale
@@ -104,10 +105,33 @@ def squared_singular_values3(
     )
     apart = _squared_length(p - tp, q - tq, r - tr, ab - tab, ac - tac, bc - tbc)
     along = _squared_length(p + tp, q + tq, r + tr, ab + tab, ac + tac, bc + tbc)
-    third = 2.0 / 3.0 * math.atan2(math.sqrt(apart), math.sqrt(along))
-    largest = mean + 2.0 * radius * math.cos(third)
-    middle = mean + 2.0 * radius * math.sin(third - math.pi / 6.0)
+    cos, sin = _turn_by_third(math.sqrt(apart), math.sqrt(along), math.sqrt(apart + along))
+    largest = mean + 2.0 * radius * (cos * cos - sin * sin)
+    middle = mean + radius * (math.sqrt(12.0) * sin * cos - (cos * cos - sin * sin))
     return largest, middle, det2 / (largest * middle)
+
+
+@formula
+def _turn_by_third(sin: float, cos: float, length: float) -> tuple[float, float]:
+    """Return cosine and sine of a third of an angle of 0 to 90 degrees, without trigonometry.
+
+    The tangents t of its sixth and x of its half are roots of t^3 - 3 x t^2 - 3 t + x = 0. The
+    start is right at both ends and up to 1 % off between them; two of Halley's steps leave nothing.
+    """
+    x = sin / (length + cos)
+    t = x / (3.0 + (math.sqrt(3.0) - 1.0) * x * x)
+    t = _halley(t, x)
+    t = _halley(t, x)
+    scale = 1.0 / (1.0 + t * t)
+    return (1.0 - t * t) * scale, 2.0 * t * scale
+
+
+@formula
+def _halley(t: float, x: float) -> float:
+    """Return a better root t of t^3 - 3 x t^2 - 3 t + x = 0."""
+    miss = ((t - 3.0 * x) * t - 3.0) * t + x
+    slope = (t - 2.0 * x) * t - 1.0  # a third of it
+    return t - miss * slope / (3.0 * slope * slope - miss * (t - x))
 
 
 @formula

@@ -12,66 +12,94 @@ from pkm_gym.core.compile import kernel
 from pkm_gym.core.mechanism import IndexMap, dimension
 from pkm_gym.core.sampling import lowest_of_five, rectangle
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.indices import SMALLEST_PART, conditioning, smallest_projections
-from pkm_gym.mechanisms.spr3.kinematics import COS, SIN, fold_margin, leg_length, pose_at
+from pkm_gym.mechanisms.spr3.box import SMALLEST_PART
+from pkm_gym.mechanisms.spr3.indices import conditioning_of, projections_of
+from pkm_gym.mechanisms.spr3.kinematics import fold_margin
+from pkm_gym.mechanisms.spr3.lockstep import Lanes, legs_of, solve_places
 from pkm_gym.mechanisms.spr3.mechanism import LCI, Spr3
 from pkm_gym.mechanisms.spr3.words import position
 
 SIXTH = math.pi / 3.0  # of a turn: by symmetry the rest of the cylinder is the same
 
+# Where extremes lie, in units of radius and half height around the centre: five points each of the
+# near rim, the near radius under leg 3 and the far rim, and the far end's centre. Kernels take them
+# as an argument: a loop whose few rounds are known beforehand isn't vectorised.
+FIFTHS = np.linspace(0.0, 1.0, 5)
+RIM = np.stack([np.cos(SIXTH * FIFTHS), np.sin(SIXTH * FIFTHS)], axis=-1)
+LOOKS = np.array(
+    [(x, y, -1.0) for x, y in RIM] + [(x, 0.0, -1.0) for x in FIFTHS]
+    + [(x, y, 1.0) for x, y in RIM] + [(0.0, 0.0, 1.0)]
+)  # fmt: skip
+
 
 @kernel
 def _look(
-    x: float, y: float, z: float, a: float, b: float, extremes: FloatArray
-) -> tuple[float, float]:
-    """Return the shortest leg and the smallest S cosine at a position, and keep the extremes.
+    at: FloatArray,
+    count: int,
+    a: float,
+    b: float,
+    z_c: float,
+    radius: float,
+    height: float,
+    lanes: Lanes,
+    extremes: FloatArray,
+) -> None:
+    """Keep the extremes over the first ``count`` of points ``at`` (n, 3), in ``LOOKS``'s units.
 
     ``extremes`` (7,): positions looked at, the sum of the shares of the way there, smallest det J,
     shortest and longest leg (m), smallest S cosine, smallest margin to the fold.
     """
-    hx, hy, s, done = pose_at(x, y, z, b)
-    extremes[0] += 1.0
-    extremes[1] += done
-    if done < 1.0:
-        return math.inf, math.inf
-    det, _ = conditioning(hx, hy, s, a, b, 0.0, 1.0)
-    q1 = leg_length(hx, hy, s, a, b, COS[0], SIN[0])
-    q2 = leg_length(hx, hy, s, a, b, COS[1], SIN[1])
-    q3 = leg_length(hx, hy, s, a, b, COS[2], SIN[2])
-    s_cos, _ = smallest_projections(hx, hy, s, a, b)
-    extremes[2] = min(extremes[2], det)
-    extremes[3] = min(extremes[3], q1, q2, q3)
-    extremes[4] = max(extremes[4], q1, q2, q3)
-    extremes[5] = min(extremes[5], s_cos)
-    extremes[6] = min(extremes[6], fold_margin(hx, hy, s, b))
-    return min(q1, q2, q3), s_cos
+    n = at.shape[0]
+    for k in range(n):
+        place = lanes.places[k]
+        place.x, place.y = radius * at[k, 0], radius * at[k, 1]
+        place.z = z_c + 0.5 * height * at[k, 2]
+    solve_places(lanes, n, b)
+    conditioning_of(lanes, n, a, b, 0.0, 1.0)
+    projections_of(lanes, n, a, b)
+    legs_of(lanes, n, a, b)
+    extremes[0] += count
+    for k in range(count):
+        pose, leg = lanes.poses[k], lanes.legs[k]
+        extremes[1] += pose.done
+        if pose.done < 1.0:
+            continue
+        extremes[2] = min(extremes[2], lanes.local[k].det)
+        extremes[3] = min(extremes[3], leg.q1, leg.q2, leg.q3)
+        extremes[4] = max(extremes[4], leg.q1, leg.q2, leg.q3)
+        extremes[5] = min(extremes[5], lanes.joints[k].s_cos)
+        extremes[6] = min(extremes[6], fold_margin(pose.hx, pose.hy, pose.s, b))
 
 
 @kernel
 def cylinder_extremes(
-    a: float, b: float, z_c: float, radius: float, height: float, extremes: FloatArray
+    a: float,
+    b: float,
+    z_c: float,
+    radius: float,
+    height: float,
+    looks: FloatArray,
+    lanes: Lanes,
+    extremes: FloatArray,
 ) -> None:
-    """Fill ``extremes`` (7,), see ``_look``, over a cylinder.
+    """Fill ``extremes`` (7,), see ``_look``, over a cylinder, from ``LOOKS``.
 
-    Looked at: the rims, the ends of the axis and the near end's radius under leg 3, where the
-    extremes lie; for the shortest leg and the S angle once more between the samples.
+    For the shortest leg and the S angle it is looked at once more between the samples.
     """
-    near, far = z_c - 0.5 * height, z_c + 0.5 * height
     extremes[:] = 0.0
     extremes[2] = extremes[3] = extremes[5] = extremes[6] = math.inf
-    shortest, cosines = np.empty(5), np.empty(5)
-    for k in range(5):
-        x, y = radius * math.cos(0.25 * k * SIXTH), radius * math.sin(0.25 * k * SIXTH)
-        _, cosines[k] = _look(x, y, near, a, b, extremes)
-        shortest[k], _ = _look(0.25 * k * radius, 0.0, near, a, b, extremes)
-        _look(x, y, far, a, b, extremes)
-    _look(0.0, 0.0, far, a, b, extremes)
+    _look(looks, looks.shape[0], a, b, z_c, radius, height, lanes, extremes)
     if extremes[1] == extremes[0]:
-        _, again = lowest_of_five(shortest)
-        _look(0.25 * again * radius, 0.0, near, a, b, extremes)
-        _, again = lowest_of_five(cosines)
-        azimuth = 0.25 * again * SIXTH
-        _look(radius * math.cos(azimuth), radius * math.sin(azimuth), near, a, b, extremes)
+        shortest, cosines = np.empty(5), np.empty(5)
+        for k in range(5):
+            leg = lanes.legs[5 + k]
+            shortest[k], cosines[k] = min(leg.q1, leg.q2, leg.q3), lanes.joints[k].s_cos
+        azimuth = 0.25 * lowest_of_five(cosines)[1] * SIXTH
+        again = np.zeros_like(looks)  # the others stay at the centre
+        again[:2, 2] = -1.0
+        again[0, 0] = 0.25 * lowest_of_five(shortest)[1]
+        again[1, 0], again[1, 1] = math.cos(azimuth), math.sin(azimuth)
+        _look(again, 2, a, b, z_c, radius, height, lanes, extremes)
 
 
 @kernel
@@ -85,6 +113,7 @@ def cylinder_mean(
     spin: float,
     nodes: FloatArray,
     weights: FloatArray,
+    lanes: Lanes,
 ) -> tuple[float, float]:
     """Return the smallest det J and the mean conditioning index over nodes of the cylinder.
 
@@ -95,19 +124,22 @@ def cylinder_mean(
     cut = far
     if length == 0.0:
         cut = min(far, max(near, b * math.sqrt(0.5)))
-    det, mean = math.inf, 0.0
+    det, mean, count = math.inf, 0.0, nodes.shape[0]
     for start, end in ((near, cut), (cut, far)):
         part = (end - start) / height
         if part < SMALLEST_PART:
             continue
-        for k in range(nodes.shape[0]):
-            z = 0.5 * (start + end + (end - start) * nodes[k, 2])
-            hx, hy, s, done = pose_at(radius * nodes[k, 0], radius * nodes[k, 1], z, b)
-            if done < 1.0:
+        for k in range(count):
+            place = lanes.places[k]
+            place.x, place.y = radius * nodes[k, 0], radius * nodes[k, 1]
+            place.z = 0.5 * (start + end + (end - start) * nodes[k, 2])
+        solve_places(lanes, count, b)
+        conditioning_of(lanes, count, a, b, length, spin)
+        for k in range(count):
+            if lanes.poses[k].done < 1.0:
                 return -math.inf, math.nan
-            here, lci = conditioning(hx, hy, s, a, b, length, spin)
-            det = min(det, here)
-            mean += part * weights[k] * lci
+            det = min(det, lanes.local[k].det)
+            mean += part * weights[k] * lanes.local[k].lci
     return det, mean
 
 

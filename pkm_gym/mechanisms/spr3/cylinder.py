@@ -16,7 +16,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import triangular_cylinder
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.cover import CylinderSpr3, cylinder_extremes, cylinder_mean
+from pkm_gym.mechanisms.spr3.cover import LOOKS, CylinderSpr3, cylinder_extremes, cylinder_mean
 from pkm_gym.mechanisms.spr3.declared import (
     CYLINDER_DESIGN,
     CYLINDER_TASK,
@@ -31,6 +31,7 @@ from pkm_gym.mechanisms.spr3.declared import (
     Spr3Options,
 )
 from pkm_gym.mechanisms.spr3.indices import homogeneous
+from pkm_gym.mechanisms.spr3.lockstep import lanes_for
 from pkm_gym.mechanisms.spr3.words import assembly_over_cylinder
 
 # The least that a cylinder counts as out of reach.
@@ -47,6 +48,7 @@ def measure(
     jacobian: int,
     nodes: FloatArray,
     weights: FloatArray,
+    looks: FloatArray,
     table: FloatArray,
     own: FloatArray,
     unreached: FloatArray,
@@ -57,7 +59,7 @@ def measure(
         task = tasks.view(CYLINDER_TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(CYLINDER_DESIGN)[i, 0]
         indices, limits, unreached[i] = measure_one(
-            design, task, jacobian, nodes, weights, extremes
+            design, task, jacobian, nodes, weights, looks, extremes
         )
         write(table[i], indices)
         write(own[i], limits)
@@ -70,6 +72,7 @@ def measure_one(
     jacobian: int,
     nodes: FloatArray,
     weights: FloatArray,
+    looks: FloatArray,
     extremes: FloatArray,
 ) -> tuple[CylinderIndices, CylinderLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
@@ -78,15 +81,16 @@ def measure_one(
     if impossible > 0.0:
         return CYLINDER_UNDEFINED, CylinderLimits(impossible, math.nan), 0.0
 
+    lanes = lanes_for(max(looks.shape[0], nodes.shape[0]))
     sunk, share, gci = 0.5 * height / z_c - 1.0, 0.0, math.nan
     if sunk < 0.0:
-        cylinder_extremes(a, b, z_c, radius, height, extremes)
+        cylinder_extremes(a, b, z_c, radius, height, looks, lanes, extremes)
         share = extremes[1] / extremes[0]
     _, _, det, q_min, q_max, s_cos, fold = extremes
     D = (a + b + 0.5 * (q_min + q_max)) / 3.0
     if share == 1.0:
         length, spin = homogeneous(jacobian, a, b, D)
-        inside, gci = cylinder_mean(a, b, z_c, radius, height, length, spin, nodes, weights)
+        inside, gci = cylinder_mean(a, b, z_c, radius, height, length, spin, nodes, weights, lanes)
         det = min(det, inside)
     if not gci > 0.0:
         unreached = max(0.0, sunk) + max(REACH_MARGIN, 1.0 - share)
@@ -118,11 +122,11 @@ class Spr3CylinderProblem(DesignProblem):
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
-        self._nodes = triangular_cylinder(self.options.nodes)
+        self._nodes = (*triangular_cylinder(self.options.nodes), LOOKS)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
         scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
         self.scale = scales.gci
-        self._work = 6.0 + 0.5 * self.options.nodes**3  # microseconds a design
+        self._work = 2.0 + 0.05 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
         measure(
@@ -138,7 +142,8 @@ class Spr3CylinderProblem(DesignProblem):
     def _mechanism(self, design: FloatArray, task: CylinderTask) -> CylinderSpr3:
         a, b, z_c = map(float, design)
         extremes = np.empty(7)
-        cylinder_extremes(a, b, z_c, task.radius, task.height, extremes)
+        lanes = lanes_for(len(LOOKS))
+        cylinder_extremes(a, b, z_c, task.radius, task.height, LOOKS, lanes, extremes)
         q_min, q_max = map(float, extremes[3:5])  # of what is reached: more than one length
         return CylinderSpr3(
             a=a,

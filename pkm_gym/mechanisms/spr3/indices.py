@@ -1,28 +1,22 @@
-"""Indices of the 3-SPR: at one pose, and over its joint box."""
+"""Indices of the 3-SPR at one pose, and at many in lockstep."""
 
 from __future__ import annotations
 
 import math
 
 import numba
-import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, formula, kernel
 from pkm_gym.core.linalg import det3, dot3, squared_singular_values3
-from pkm_gym.core.sampling import lowest_of_five
 from pkm_gym.core.types import FloatArray
 from pkm_gym.mechanisms.spr3.kinematics import (
     COS,
     SIN,
     fold_margin,
-    follow,
-    level,
     turned,
 )
+from pkm_gym.mechanisms.spr3.lockstep import Lanes, filled
 from pkm_gym.mechanisms.spr3.velocity import angular_velocity, jacobian_row, leg_direction
-
-# A part of the joint box thinner than this share of it counts for nothing.
-SMALLEST_PART = 1e-9
 
 
 @kernel
@@ -101,140 +95,28 @@ def parasitic(hx: float, hy: float, b: float) -> float:
 
 
 @kernel
-def corners(
-    a: float, b: float, q_c: float, lam: float, length: float, spin: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return what the corners of the joint box say; legs from q_c (1 - lam) to q_c (1 + lam).
-
-    The four corners that symmetry leaves, each reached by the straight joint path from home. The
-    extremes over the box lie there, but for the R joint's.
-
-    Returns:
-        the mean share of the paths followed; and over the corners reached the smallest det J, fold
-        margin and local conditioning index, the largest parasitic offset, the smallest S cosine.
-    """
-    s0 = level(q_c, a, b)
-    low, high = q_c * (1.0 - lam), q_c * (1.0 + lam)
-    share = offset = 0.0
-    det = fold = lci = s_cos = math.inf
-    for raised in range(4):
-        q1 = high if raised > 2 else low
-        q2 = high if raised > 1 else low
-        q3 = high if raised > 0 else low
-        hx, hy, s, done = follow(0.0, 0.0, s0, q_c, q_c, q_c, q1, q2, q3, a, b)
-        share += 0.25 * done
-        if done == 1.0:
-            det_here, lci_here = conditioning(hx, hy, s, a, b, length, spin)
-            s_here, _ = smallest_projections(hx, hy, s, a, b)
-            det, lci = min(det, det_here), min(lci, lci_here)
-            fold = min(fold, fold_margin(hx, hy, s, b))
-            offset = max(offset, parasitic(hx, hy, b))
-            s_cos = min(s_cos, s_here)
-    return share, det, fold, lci, offset, s_cos
+def conditioning_of(
+    lanes: Lanes, count: int, a: float, b: float, length: float, spin: float
+) -> None:
+    """Fill ``lanes.local`` from the first ``count`` poses: see ``conditioning``."""
+    poses, local = lanes.poses, lanes.local
+    if length > 0.0:
+        for k in range(filled(count)):
+            pose, here = poses[k], local[k]
+            here.det, here.lci = conditioning(pose.hx, pose.hy, pose.s, a, b, length, spin)
+    else:
+        for k in range(filled(count)):
+            pose, here = poses[k], local[k]
+            here.det, here.lci = conditioning(pose.hx, pose.hy, pose.s, a, b, 0.0, 1.0)
 
 
 @kernel
-def _sine_on_edge(t: float, mixed: bool, a: float, b: float, q_c: float, lam: float) -> float:
-    """Return the smallest R sine at t from -1 to 1 of the box's edge (-1, -1, t) or (-1, t, 1)."""
-    q1 = q_c * (1.0 - lam)
-    q2 = q_c * (1.0 + lam * t) if mixed else q1
-    q3 = q_c * (1.0 + lam) if mixed else q_c * (1.0 + lam * t)
-    hx, hy, s, _ = follow(0.0, 0.0, level(q_c, a, b), q_c, q_c, q_c, q1, q2, q3, a, b)
-    return smallest_projections(hx, hy, s, a, b)[1]
-
-
-@kernel
-def smallest_revolute_sine(a: float, b: float, q_c: float, lam: float) -> float:
-    """Return the smallest sine of the R joints over the box: it lies on one of two edges.
-
-    Five samples an edge, and one more at the vertex of the parabola through the lowest three.
-    """
-    smallest = math.inf
-    samples = np.empty(5)
-    for mixed in (False, True):
-        for k in range(5):
-            samples[k] = _sine_on_edge(0.5 * k - 1.0, mixed, a, b, q_c, lam)
-        at, vertex = lowest_of_five(samples)
-        again = _sine_on_edge(0.5 * vertex - 1.0, mixed, a, b, q_c, lam)
-        smallest = min(smallest, samples[at], again)
-    return smallest
-
-
-@kernel
-def isotropic_leg(a: float, b: float) -> float:
-    """Return the length of three equal legs at which J is isotropic, m: z = b / sqrt(2)."""
-    return math.sqrt((b - a) * (b - a) + 0.5 * b * b)
-
-
-@kernel
-def box_means(
-    a: float,
-    b: float,
-    q_c: float,
-    lam: float,
-    length: float,
-    spin: float,
-    nodes: FloatArray,
-    weights: FloatArray,
-) -> tuple[float, float, float, float]:
-    """Return the share of the nodes reached, smallest det J, volume, mean conditioning index.
-
-    The volume of the workspace is the integral of 1 / det J over the joint box, and the index is
-    weighted with it. ``nodes`` (k, 3) and ``weights`` (k,) are those of ``symmetric_cube``, visited
-    one after the other by straight paths within the box. The index has a cusp at the isotropic
-    pose: where the box holds it, it is cut there in two.
-    """
-    cut = 1.0
-    if length == 0.0:
-        cut = min(1.0, max(-1.0, (isotropic_leg(a, b) / q_c - 1.0) / lam))
-    below = _part_means(a, b, q_c, lam, length, spin, nodes, weights, -1.0, cut)
-    above = _part_means(a, b, q_c, lam, length, spin, nodes, weights, cut, 1.0)
-    volume = below[2] + above[2]
-    return (
-        min(below[0], above[0]),
-        min(below[1], above[1]),
-        volume * (2.0 * q_c * lam) ** 3,
-        (below[3] + above[3]) / volume,
-    )
-
-
-@kernel
-def _part_means(
-    a: float,
-    b: float,
-    q_c: float,
-    lam: float,
-    length: float,
-    spin: float,
-    nodes: FloatArray,
-    weights: FloatArray,
-    start: float,
-    end: float,
-) -> tuple[float, float, float, float]:
-    """Return the same over the part of the cube that stands on its diagonal from start to end."""
-    smallest, volume, mean = math.inf, 0.0, 0.0
-    half, middle = 0.5 * (end - start), 0.5 * (end + start)
-    if half < SMALLEST_PART:
-        return 1.0, smallest, volume, mean
-    hx, hy, s = 0.0, 0.0, level(q_c, a, b)
-    p1 = p2 = p3 = q_c
-    for k in range(nodes.shape[0]):
-        center = 0.5 * (nodes[k, 0] + nodes[k, 2])
-        radius = 0.5 * (nodes[k, 2] - nodes[k, 0])
-        shift = 1.0 + lam * ((1.0 - radius) * middle + (half - 1.0) * center)
-        q1 = q_c * (shift + lam * nodes[k, 0])
-        q2 = q_c * (shift + lam * nodes[k, 1])
-        q3 = q_c * (shift + lam * nodes[k, 2])
-        hx, hy, s, done = follow(hx, hy, s, p1, p2, p3, q1, q2, q3, a, b)
-        p1, p2, p3 = q1, q2, q3
-        if done < 1.0:
-            return k / nodes.shape[0], smallest, volume, mean
-        det, lci = conditioning(hx, hy, s, a, b, length, spin)
-        part = half * weights[k] / abs(det)
-        smallest = min(smallest, det)
-        volume += part
-        mean += part * lci
-    return 1.0, smallest, volume, mean
+def projections_of(lanes: Lanes, count: int, a: float, b: float) -> None:
+    """Fill ``lanes.joints`` from the first ``count`` poses: see ``smallest_projections``."""
+    poses, joints = lanes.poses, lanes.joints
+    for k in range(filled(count)):
+        pose, here = poses[k], joints[k]
+        here.s_cos, here.r_sin = smallest_projections(pose.hx, pose.hy, pose.s, a, b)
 
 
 LOCAL = ("lci", "det", "fold", "parasitic", "tilt", "s_angle", "r_angle")

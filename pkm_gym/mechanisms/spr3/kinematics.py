@@ -172,26 +172,35 @@ def follow(
     return hx, hy, s, done
 
 
+@formula
+def tilt_step(
+    hx: float, hy: float, x: float, y: float, z: float, b: float
+) -> tuple[float, float, float]:
+    """Return the corrections of hx, hy towards a position, and the determinant met.
+
+    Newton on rho - 2 z h - conj(rho) h^2 - b conj(h)^2 = 0, rho = x + i y, h = hx + i hy; the
+    determinant is > 0 on this side of the fold.
+    """
+    px, py = x * hx + y * hy, x * hy - y * hx  # conj(rho) h
+    slope_x, slope_y = 2.0 * (z + px), 2.0 * py
+    cross_x, cross_y = 2.0 * b * hx, -2.0 * b * hy
+    lever_x, lever_y = 2.0 * z + px, py
+    rest_x = x - lever_x * hx + lever_y * hy - b * (hx * hx - hy * hy)
+    rest_y = y - lever_x * hy - lever_y * hx + 2.0 * b * hx * hy
+    det = slope_x * slope_x + slope_y * slope_y - cross_x * cross_x - cross_y * cross_y
+    dx = slope_x * rest_x + slope_y * rest_y - cross_x * rest_x - cross_y * rest_y
+    dy = slope_x * rest_y - slope_y * rest_x - cross_y * rest_x + cross_x * rest_y
+    return dx / det, dy / det, det
+
+
 @kernel
 def tilt_near(
     hx: float, hy: float, x: float, y: float, z: float, b: float
 ) -> tuple[float, float, int]:
-    """Return the tilt at a position next to a known one, and the iterations; 0 if it isn't next.
-
-    Newton on rho - 2 z h - conj(rho) h^2 - b conj(h)^2 = 0, rho = x + i y, h = hx + i hy.
-    """
+    """Return the tilt at a position next to a known one, and the iterations; 0 if it isn't next."""
     before = math.inf
     for k in range(ITERATIONS):
-        px, py = x * hx + y * hy, x * hy - y * hx  # conj(rho) h
-        slope_x, slope_y = 2.0 * (z + px), 2.0 * py
-        cross_x, cross_y = 2.0 * b * hx, -2.0 * b * hy
-        lever_x, lever_y = 2.0 * z + px, py
-        rest_x = x - lever_x * hx + lever_y * hy - b * (hx * hx - hy * hy)
-        rest_y = y - lever_x * hy - lever_y * hx + 2.0 * b * hx * hy
-        det = slope_x * slope_x + slope_y * slope_y - cross_x * cross_x - cross_y * cross_y
-        dx = slope_x * rest_x + slope_y * rest_y - cross_x * rest_x - cross_y * rest_y
-        dy = slope_x * rest_y - slope_y * rest_x - cross_y * rest_x + cross_x * rest_y
-        dx, dy = dx / det, dy / det
+        dx, dy, det = tilt_step(hx, hy, x, y, z, b)
         size = math.sqrt(dx * dx + dy * dy)
         if not (det > 0.0 and size < 1.0 and size <= CONTRACTION * before):
             return hx, hy, 0
@@ -200,6 +209,13 @@ def tilt_near(
             return hx, hy, k + 1
         before = size
     return hx, hy, 0
+
+
+@formula
+def along_normal(hx: float, hy: float, x: float, y: float, z: float) -> float:
+    """Return s, m: how far a position lies along the platform's normal."""
+    wx, wy, wz = turned(hx, hy, 0.0, 0.0, 1.0)
+    return wx * x + wy * y + wz * z
 
 
 @kernel
@@ -220,8 +236,7 @@ def pose_at(x: float, y: float, z: float, b: float) -> tuple[float, float, float
             step *= 0.5
             if step < SMALLEST_STEP:
                 break
-    wx, wy, wz = turned(hx, hy, 0.0, 0.0, 1.0)
-    return hx, hy, wx * x + wy * y + wz * z, done
+    return hx, hy, along_normal(hx, hy, x, y, z), done
 
 
 @batch_kernel

@@ -11,8 +11,9 @@ import numpy as np
 from pkm_gym.core.compile import batch_kernel
 from pkm_gym.core.trajectory import cruise_durations, duration_345, polyline_345
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.cover import cylinder_extremes
+from pkm_gym.mechanisms.spr3.cover import LOOKS, cylinder_extremes
 from pkm_gym.mechanisms.spr3.kinematics import level
+from pkm_gym.mechanisms.spr3.lockstep import lanes_for
 
 if TYPE_CHECKING:
     from pkm_gym.mechanisms.spr3.mechanism import Spr3
@@ -184,10 +185,11 @@ def largest_cylinder(machine: Spr3, slenderness: float = 0.5) -> tuple[float, fl
         raise ValueError(
             f"no cylinder fits: legs of {machine.q_min:g} m can't hold the platform level"
         )
-    extremes = np.empty(7)
+    extremes, lanes = np.empty(7), lanes_for(len(LOOKS))
 
     def margins(radius: float, z_c: float) -> tuple[float, float]:
-        cylinder_extremes(machine.a, machine.b, z_c, radius, slenderness * radius, extremes)
+        height = slenderness * radius
+        cylinder_extremes(machine.a, machine.b, z_c, radius, height, LOOKS, lanes, extremes)
         if extremes[1] < extremes[0]:  # beyond the fold
             return -machine.q_max, -machine.q_max
         return float(extremes[3] - machine.q_min), float(machine.q_max - extremes[4])

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numba
+import numpy as np
 
 from pkm_gym.core.compile import batch_kernel, kernel, own_row
 from pkm_gym.core.dimensions import all_of, dimensions_violation, positive
@@ -16,6 +17,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.rows import Measured
 from pkm_gym.core.sampling import symmetric_cube
 from pkm_gym.core.types import FloatArray
+from pkm_gym.mechanisms.spr3.box import CORNERS, EDGES, box_means, corners, smallest_revolute_sine
 from pkm_gym.mechanisms.spr3.declared import (
     DESIGN,
     JACOBIANS,
@@ -29,12 +31,8 @@ from pkm_gym.mechanisms.spr3.declared import (
     Spr3Options,
     Spr3Task,
 )
-from pkm_gym.mechanisms.spr3.indices import (
-    box_means,
-    corners,
-    homogeneous,
-    smallest_revolute_sine,
-)
+from pkm_gym.mechanisms.spr3.indices import homogeneous
+from pkm_gym.mechanisms.spr3.lockstep import lanes_for
 from pkm_gym.mechanisms.spr3.mechanism import Spr3
 from pkm_gym.mechanisms.spr3.words import assembly_of_box
 
@@ -51,6 +49,8 @@ def measure(
     jacobian: int,
     nodes: FloatArray,
     weights: FloatArray,
+    at_corners: FloatArray,
+    on_edges: FloatArray,
     table: FloatArray,
     own: FloatArray,
     unreached: FloatArray,
@@ -59,14 +59,22 @@ def measure(
     for i in numba.prange(designs.shape[0]):
         task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(DESIGN)[i, 0]
-        indices, limits, unreached[i] = measure_one(design, task, jacobian, nodes, weights)
+        indices, limits, unreached[i] = measure_one(
+            design, task, jacobian, nodes, weights, at_corners, on_edges
+        )
         write(table[i], indices)
         write(own[i], limits)
 
 
 @kernel
 def measure_one(
-    design: Design, task: Spr3Task, jacobian: int, nodes: FloatArray, weights: FloatArray
+    design: Design,
+    task: Spr3Task,
+    jacobian: int,
+    nodes: FloatArray,
+    weights: FloatArray,
+    at_corners: FloatArray,
+    on_edges: FloatArray,
 ) -> tuple[Indices, Limits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     r1, r3, lam, D = design.r1, design.r3, task.lam, task.D
@@ -77,11 +85,15 @@ def measure_one(
     length, spin = homogeneous(jacobian, r1, r2, 1.0)
     flat = abs(r2 - r1) - r3 * (1.0 - lam)
 
+    sines = np.empty((2, 5))
+    lanes = lanes_for(max(on_edges.shape[0], nodes.shape[0]))
     share = det = fold = lci = offset = s_cos = volume = gci = 0.0
     if abs(r2 - r1) < r3:
-        share, det, fold, lci, offset, s_cos = corners(r1, r2, r3, lam, length, spin)
+        share, det, fold, lci, offset, s_cos = corners(
+            r1, r2, r3, lam, length, spin, at_corners, lanes, sines
+        )
     if share == 1.0:
-        share, inside, volume, gci = box_means(r1, r2, r3, lam, length, spin, nodes, weights)
+        share, inside, volume, gci = box_means(r1, r2, r3, lam, length, spin, nodes, weights, lanes)
         det = min(det, inside)
     if share < 1.0 or not gci > 0.0 or flat > -REACH_MARGIN:
         unreached = max(0.0, flat) + max(REACH_MARGIN, 1.0 - share)
@@ -92,7 +104,7 @@ def measure_one(
         volume=volume * D**3,
         parasitic=offset * D,
         s_angle=math.acos(min(1.0, max(-1.0, s_cos))),
-        r_angle=math.asin(smallest_revolute_sine(r1, r2, r3, lam)),
+        r_angle=math.asin(smallest_revolute_sine(r1, r2, r3, lam, on_edges, lanes, sines)),
         lci_min=lci,
         det=det,
         fold=fold,
@@ -114,11 +126,11 @@ class Spr3Problem(DesignProblem):
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
-        self._nodes = symmetric_cube(self.options.nodes)
+        self._nodes = (*symmetric_cube(self.options.nodes), CORNERS, EDGES)
         self._jacobian = JACOBIANS.index(self.options.jacobian)
         scales = self.reference.table(f"jacobians.{self.options.jacobian}", Conditioning)
         self.scale = scales.gci
-        self._work = 5.0 + 0.4 * self.options.nodes**3  # microseconds a design
+        self._work = 2.0 + 0.06 * self.options.nodes**3  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
         measure(

@@ -17,7 +17,8 @@ import numpy.typing as npt
 from pkm_gym.core.files import whole_file
 from pkm_gym.core.sampling import symmetric_cube
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.spr3.indices import box_means
+from pkm_gym.mechanisms.spr3.box import box_means
+from pkm_gym.mechanisms.spr3.lockstep import lanes_for
 
 if TYPE_CHECKING:
     import trimesh
@@ -162,8 +163,9 @@ def volume_by_surfaces(machine: Spr3, step: float = STEP) -> float:
 def volume_by_quadrature(machine: Spr3, nodes: int = NODES) -> float:
     """Return the integral of 1 / det J over the joint box, m^3; NaN where det J isn't > 0."""
     lam = (machine.q_max - machine.q_min) / (machine.q_max + machine.q_min)
+    cube, weights = symmetric_cube(nodes)
     share, det, volume, _ = box_means(
-        machine.a, machine.b, machine.q_c, lam, 0.0, 1.0, *symmetric_cube(nodes)
+        machine.a, machine.b, machine.q_c, lam, 0.0, 1.0, cube, weights, lanes_for(len(cube))
     )
     return volume if share == 1.0 and det > 0.0 else float("nan")
 
