@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -36,6 +36,8 @@ class DesignProblem(ProblemStatement, ABC):
     Raises:
         ValueError: for an unknown name, with its closest match, or an illegal value.
     """
+
+    drive_option: ClassVar[str] = ""  # that says what motor and gear add to a drive's inertia
 
     # What a mechanism supplies ------------------------------------------------------------------
 
@@ -70,6 +72,11 @@ class DesignProblem(ProblemStatement, ABC):
         """Turn dimensions (SI) into values of variables and changed task fields."""
         del task
         return dict(dimensions), {}
+
+    def cycle(self, task: Any) -> dict[str, Dimension]:
+        """Return what a task's cycle is that dynamic indices are over, by name; {} for none."""
+        del task
+        return {}
 
     def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
         """Return the local indices of a machine at poses (..., k), by the design's index."""
@@ -188,7 +195,7 @@ class DesignProblem(ProblemStatement, ABC):
             limit.name: limit.violation(
                 maps[limit.quantity].values, task, self.unit(limit.quantity)
             )
-            for limit in self.declared.constraints
+            for limit in self.limits
             if isinstance(limit, Limit)
             and limit.quantity in maps
             and maps[limit.quantity].kind != "mean"

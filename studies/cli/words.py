@@ -12,7 +12,7 @@ from pkm_gym.mechanisms import called
 
 def option_word(value: Any) -> str:
     """Return an option's value as ``--set`` takes it."""
-    if isinstance(value, bool):
+    if value is None or isinstance(value, bool):
         return str(value).lower()
     return "x".join(map(repr, value)) if isinstance(value, tuple) else str(value)
 

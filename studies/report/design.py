@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose, isfinite
 from pathlib import Path
@@ -18,6 +18,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Value
 from pkm_gym.core.rows import Dimension
+from pkm_gym.core.statics import Holding
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
 from pkm_gym.studies.cli.terminal import (
@@ -42,6 +43,7 @@ class Report:
     given: GivenDesign
     evaluation: Evaluation
     title: str = "a design of your own"
+    holding: tuple[Holding, ...] = ()
 
     @property
     def problem(self) -> DesignProblem:
@@ -55,6 +57,11 @@ class Report:
             return self.problem.derived(self.given.design, self.given.task)
         except ValueError:
             return {}
+
+    @property
+    def cycle(self) -> dict[str, Dimension]:
+        """The cycle that dynamic indices are over, none without such."""
+        return self.problem.cycle(self.given.task)
 
     @property
     def indices(self) -> dict[str, float]:
@@ -120,12 +127,14 @@ def content(report: Report) -> dict[str, Any]:
         "design": problem.named(report.given.design),
         "task": asdict(report.given.task),
         "derived": {name: value for name, (value, _) in report.derived.items()},
+        "cycle": {name: value for name, (value, _) in report.cycle.items()},
         "indices": {k: v if isfinite(v) else None for k, v in report.indices.items()},
         "constraints": report.constraints,
         "feasible": report.feasible,
         "merit": float(evaluation.merit[0]),
         "explain": evaluation.explain(0).splitlines(),
         "notes": list(report.notes),
+        "holding": [_finite(asdict(one)) for one in report.holding],
         "paper": {
             name: {"printed": value.printed, "verdict": value.verdict}
             for name, (value, _) in report.printed.items()
@@ -152,6 +161,9 @@ def show_report(screen: Console, report: Report) -> None:
         screen.print(line, style=GOOD if report.feasible else BAD)
     of = f"of {problem.objectives[0].name}: smaller is better, about 1 at the task's optimum"
     screen.print(Text.assemble(f"merit {evaluation.merit[0]:.5g} ", (of, FAINT)))
+    if report.holding:
+        screen.print(section("What the drives hold of the load, over the workspace"))
+        screen.print(_holding(report.holding))
     if report.printed:
         screen.print(section("What the paper prints"))
         screen.print(*_paper(report), sep="\n")
@@ -171,6 +183,7 @@ def _numbers(screen: Console, report: Report) -> RenderableType:
         "design": variables,
         "dimensions": report.derived,
         "task, beside defaults": changed,
+        "cycle": report.cycle,
     }
     blocks = [
         Group(Text(title, style=FAINT), listing(values))
@@ -205,6 +218,16 @@ def _limits(report: Report) -> Sheet:
     return rows
 
 
+def _holding(holding: Iterable[Holding]) -> Sheet:
+    heads = ("drive", "largest", "in the middle", "unit", "the largest")
+    rows = table(*heads, numbers=heads[1:3])
+    for one in holding:
+        sizes = (one.largest, one.middle)
+        numbers = [shown(x, one.unit)[0] if isfinite(x) else "no bound" for x in sizes]
+        rows.add_row(one.joint, *numbers, one.unit, Text(one.place, style=FAINT))
+    return rows
+
+
 def _paper(report: Report) -> Iterator[RenderableType]:
     """Yield the table of printed numbers beside ours, and what there is to say of each."""
     rows = table("number", "printed", "ours", "unit", "verdict", numbers=["printed", "ours"])
@@ -218,6 +241,11 @@ def _paper(report: Report) -> Iterator[RenderableType]:
     for name, (value, _) in report.printed.items():
         if value.note:
             yield Text(f"{name}: {value.note}", style=FAINT)
+
+
+def _finite(named: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what JSON can hold: null for what is infinite."""
+    return {k: None if isinstance(x, float) and not isfinite(x) else x for k, x in named.items()}
 
 
 def _margin(constraint: float) -> str:

@@ -6,12 +6,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from pkm_gym.core.statics import held
 from pkm_gym.mechanisms import declaration
-from pkm_gym.studies.cli.arguments import design_from
+from pkm_gym.studies.cli.arguments import design_from, load_from
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     DesignOption,
     JsonOption,
+    LoadOption,
     Name,
     ObjectiveOption,
     PictureOption,
@@ -26,6 +28,7 @@ def command(
     set_: DesignOption = None,
     design: DesignFileOption = None,
     objective: ObjectiveOption = None,
+    load: LoadOption = None,
     picture: PictureOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -34,6 +37,9 @@ def command(
     Example: pkm-gym evaluate diamond --set e=150mm l1=250mm l2=640mm H=493mm task.payload=1kg
     """
     report = _evaluate(name, set_, objective, design)
+    if load:
+        machine = report.problem.mechanism(report.given.design, report.given.task)
+        report = replace(report, holding=held(machine, load_from(machine, load)))
     if picture is None and not as_json:
         picture = task_folder(report.problem.with_task(report.given.task)) / "evaluate.png"
     if picture is not None:
