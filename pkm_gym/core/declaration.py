@@ -217,6 +217,8 @@ class Declaration:
     def _check_option_limits(self, units: Mapping[str, str]) -> None:
         known = {item.name: item for item in self.options.table() if item.default is None}
         for limit in self.option_limits:
+            if limit.name in self.constraint_names:
+                raise TypeError(f"{self.name}: two limits are called {limit.name}")
             if limit.bound not in known:
                 raise TypeError(
                     f"{self.name}: the bound {limit.bound!r} of {limit.name} is no option whose "

@@ -102,7 +102,7 @@ def test_a_bad_table_is_refused_in_one_sentence(
 
 def test_an_empty_table_or_none_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "motors.toml"
-    with pytest.raises(ValueError, match="can't read the motor table .*: No such file"):
+    with pytest.raises(ValueError, match=r"can't read the motor table .*: No such file"):
         read_motors(path)
     path.write_text("motor = []", encoding="utf-8")
     with pytest.raises(ValueError, match=r"it has no \[\[motor\]\]"):

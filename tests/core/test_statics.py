@@ -1,4 +1,4 @@
-"""What drives hold of a load: against the virtual work of inverse kinematics, and all directions."""
+"""What drives hold of a load: against virtual work by inverse kinematics, and all directions."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def test_the_drives_do_the_virtual_work_of_the_load(
 def test_no_direction_of_a_load_asks_for_more(machine: Mechanism, rng: np.random.Generator) -> None:
     pose, turning = inner_poses(machine, rng, 1), machine.turning
     ways = rng.normal(size=(20_000, len(machine.twist_names)))
-    for part in (ways[:, :turning], ways[:, turning:]):
-        part /= np.linalg.norm(part, axis=1, keepdims=True)
+    for part in (slice(turning), slice(turning, None)):
+        ways[:, part] /= np.linalg.norm(ways[:, part], axis=1, keepdims=True)
     force, torque = 30.0, 2.0 if turning else 0.0
     loads = ways * np.where(np.arange(ways.shape[1]) < turning, torque, force)
     found = np.abs(holding_forces(machine, pose, loads)).max(axis=0)
