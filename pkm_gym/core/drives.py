@@ -91,6 +91,8 @@ def drives_along(machine: Any, motion: Course) -> Drives:
             f"{type(machine).__name__} has no dynamics: its drives' torques are unknown"
         )
     poses, twists, pushed = motion.poses, motion.twists, motion.accelerations
+    if pushed is None:
+        raise ValueError("the motion has no accelerations: its drives' torques are unknown")
     inverse = machine.inverse_jacobian(poses)
     rates = np.einsum("nij,nj->ni", inverse, twists)
     accelerations = np.einsum("nij,nj->ni", inverse, pushed)

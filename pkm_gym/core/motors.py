@@ -157,7 +157,7 @@ def _check(motors: list[Motor], entries: _Entries) -> None:
     if not motors:
         raise ValueError("it has no [[motor]]")
     for kind in (entries.motor, entries.gear or []):
-        names = [entry.name for entry in kind]  # type: ignore[attr-defined]
+        names = [entry.name for entry in kind]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"it names {', '.join(twice)} twice")
     for motor in motors:

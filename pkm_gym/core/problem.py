@@ -148,7 +148,7 @@ class DesignProblem(ProblemStatement, ABC):
         first = self.objectives[0]
         merit.judge(
             0.06 * n, full, tasks, *rows, self._powers, self._rates, self._limits,
-            self.objective_columns[0], first.sign, first.offset, self.declared.penalty_weight,
+            self.objective_columns[0], first.sign, first.offset, self.penalty_weight,
             constraints, defined, log_merit, feasible,
         )  # fmt: skip
         return Evaluation(

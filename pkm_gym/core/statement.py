@@ -27,6 +27,10 @@ from pkm_gym.core.space import Space
 from pkm_gym.core.task import Task, TaskLike, TaskVariable, Variable
 from pkm_gym.core.types import FloatArray
 
+# By what the penalty's weight is multiplied where options ask for limits: the multiplier of one that
+# hardly any design keeps to is large.
+STRICT = 10.0
+
 
 class ProblemStatement:
     """What is declared of a design problem, and chosen of it when it is made.
@@ -82,7 +86,9 @@ class ProblemStatement:
         self._units = variables | indices
         own = [limit.name for limit in self.declared.own_limits]
         fields = self.task_type.names()
-        self.limits = (*self.declared.constraints, *limits_given(self.declared, self.options))
+        asked = limits_given(self.declared, self.options)
+        self.limits = (*self.declared.constraints, *asked)
+        self.penalty_weight = self.declared.penalty_weight * (STRICT if asked else 1.0)
         self.constraint_names = tuple(
             limit if isinstance(limit, str) else limit.name for limit in self.limits
         )

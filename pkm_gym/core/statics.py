@@ -129,7 +129,7 @@ def held(machine: Mechanism, load: Mapping[str, float]) -> tuple[Holding, ...]:
     else:
         names = [name for name in load_units(machine) if name not in ANY]
         forces = holding_forces(machine, poses, [load.get(name, 0.0) for name in names])
-    reached = np.isfinite(machine.inverse_kinematics(poses)).all(axis=1)
+    reached = np.asarray(np.isfinite(machine.inverse_kinematics(poses)).all(axis=1))
     if not reached.any():
         raise ValueError("no pose of the workspace is within reach: there is nothing to hold")
     forces = np.where(np.isfinite(forces), forces, np.inf)

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 import pkm_gym
 from pkm_gym.core.drives import Drives, cycle_drives, drives_along
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.solve import solve_tasks
+from pkm_gym.core.solve import polish, solve_tasks
 from pkm_gym.core.trajectory import pick_and_place
 from pkm_gym.core.twin import Course, twin_module
 from pkm_gym.mechanisms.diamond.masses import presets
@@ -111,14 +111,15 @@ def test_density_and_section_make_bodies_heavier_as_they_grow() -> None:
     fixed = pkm_gym.make_problem("diamond", inertia="static", m_arm=0.25, m_rod=0.05)
     designs = np.array([[0.4, 2.3, 0.4], [0.7, 2.6, 0.4]])
     for values in designs:
-        one, other, third = (p.mechanism(values) for p in (made, same, fixed))
+        machines: list[Any] = [p.mechanism(values) for p in (made, same, fixed)]
+        one, other, third = machines
         for name in ("I_A", "m", "mr_A", "rod"):
             assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-12)
-        assert one.rod == pytest.approx(1600.0 * 5e-5 * one.l2)  # type: ignore[attr-defined]
-        assert third.rod == 0.05  # type: ignore[attr-defined]
-        table, l1 = presets()["static"], one.l1  # type: ignore[attr-defined]
+        assert one.rod == pytest.approx(1600.0 * 5e-5 * one.l2)
+        assert third.rod == 0.05
+        table, l1 = presets()["static"], one.l1
         arm = 0.25 * l1**2 / 3.0 + (table.m_d + 0.05) * l1**2 + table.motor
-        assert pytest.approx(arm) == third.I_A  # type: ignore[attr-defined]
+        assert pytest.approx(arm) == third.I_A
 
 
 def test_own_masses_under_the_printed_shares_are_said_to_be_so() -> None:
@@ -209,3 +210,7 @@ def test_a_search_keeps_to_a_torque(own: DesignProblem) -> None:
     assert found.certified[0]
     assert found.active[0, limited.constraint_names.index("torque")]
     assert found.optima[0] > free.objectives[0, 0]
+    # merit's minimiser: its penalty is exact for a tight limit, too
+    near = limited.evaluate(polish(limited, free.designs, radius=1.0))
+    assert near.feasible[0]
+    assert near.objectives[0, 0] == pytest.approx(found.optima[0], rel=1e-5)
