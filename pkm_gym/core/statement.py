@@ -27,8 +27,8 @@ from pkm_gym.core.space import Space
 from pkm_gym.core.task import Task, TaskLike, TaskVariable, Variable
 from pkm_gym.core.types import FloatArray
 
-# By what the penalty's weight is multiplied where options ask for limits: the multiplier of one that
-# hardly any design keeps to is large.
+# What multiplies the penalty's weight where options ask for limits: the multiplier of one that few
+# designs keep to is large.
 STRICT = 10.0
 
 
