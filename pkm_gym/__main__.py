@@ -24,6 +24,7 @@ VERBS = {
     "list": (f"{STUDIES}.list:command", "Show the design problems, or one in full."),
     "new": (f"{STUDIES}.new:command", "Begin a mechanism of your own."),
     "evaluate": (f"{STUDIES}.evaluate:command", "Evaluate a design of your own."),
+    "motors": (f"{STUDIES}.motors:command", "Pick the motors and gears of a design."),
     "study": (
         f"{STUDIES}.study:command",
         "Do grid, search, polish and compare in one go.",

@@ -172,7 +172,7 @@ def outputs(problem: DesignProblem, log_merit: FloatArray, constraints: FloatArr
 
     NaN where the log merit is capped, for there it says nothing of the design.
     """
-    penalty = problem.declared.penalty_weight * np.maximum(0.0, constraints).sum(axis=1)
+    penalty = problem.penalty_weight * np.maximum(0.0, constraints).sum(axis=1)
     whole = np.c_[log_merit - penalty, constraints]
     return np.where(log_merit[:, None] < CAP, whole, np.nan)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pkm_gym.core.declaration import Declaration, Objective
+from pkm_gym.core.limit import Limit
 from pkm_gym.core.names import check_known
 from pkm_gym.core.options import Options
 from pkm_gym.core.rows import Index
@@ -39,19 +40,30 @@ def chosen_objectives(
 def chosen_options(
     declared: Declaration, objectives: Iterable[Objective], given: Mapping[str, Any]
 ) -> Options:
-    """Return the options given, with those on that the objectives' indices need.
+    """Return the options given, with those on that the indices of objectives and limits need.
 
     Raises:
         ValueError: for an unknown option, with its closest match, or an illegal value.
     """
     options = declared.options.of(given)
     names = {objective.name for objective in objectives}
+    names |= {limit.quantity for limit in limits_given(declared, options)}
     needed = {
         item.reported: True
         for item in declared.index_table
         if item.name in names and isinstance(item.reported, str)
     }
     return replace(options, **needed) if needed else options
+
+
+def limits_given(declared: Declaration, options: Options) -> tuple[Limit, ...]:
+    """Return the limits that the options ask for, their bounds numbers."""
+    bounds = [getattr(options, str(limit.bound)) for limit in declared.option_limits]
+    return tuple(
+        replace(limit, bound=bound)
+        for limit, bound in zip(declared.option_limits, bounds, strict=True)
+        if bound is not None
+    )
 
 
 def reported_indices(table: Iterable[Index], options: Options) -> tuple[Index, ...]:

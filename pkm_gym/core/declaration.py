@@ -67,6 +67,7 @@ class Declaration:
         limits: the class of the row of the mechanism's own limits, declared with ``own``; the first
             is ``dimensions``.
         constraints: in order, a ``Limit`` or the name of an own one.
+        option_limits: limits that hold only where the option is given that their bound names.
         objectives: the first is the default.
         options: the class of the options.
         version: raised by whatever changes the numbers.
@@ -110,6 +111,7 @@ class Declaration:
     constraints: Sequence[str | Limit]
     objectives: Sequence[Objective]
     options: type[Options] = Options
+    option_limits: Sequence[Limit] = ()
     version: int = 1
     penalty_weight: float = nan
     dimensions: Sequence[str] = ()
@@ -166,6 +168,7 @@ class Declaration:
             if isinstance(limit, Limit):
                 self._check(limit, units)
         self._check_products()
+        self._check_option_limits(units)
         self._check_family()
 
     def _check_products(self) -> None:
@@ -220,6 +223,18 @@ class Declaration:
                 raise TypeError(
                     f"{self.name}: {limit.name} is relative to its bound, which may be {least:g}"
                 )
+
+    def _check_option_limits(self, units: Mapping[str, str]) -> None:
+        known = {item.name: item for item in self.options.table() if item.default is None}
+        for limit in self.option_limits:
+            if limit.name in self.constraint_names:
+                raise TypeError(f"{self.name}: two limits are called {limit.name}")
+            if limit.bound not in known:
+                raise TypeError(
+                    f"{self.name}: the bound {limit.bound!r} of {limit.name} is no option whose "
+                    "default is None"
+                )
+            self._check(replace(limit, bound=known[str(limit.bound)].low), units)
 
     def _check_family(self) -> None:
         spaces = {name: self.family.get(name) for name in SPACE}

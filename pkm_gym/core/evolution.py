@@ -61,7 +61,7 @@ def evolve(
     members, weight = 2**effort * PER_VARIABLE * d, 10.0**effort
     population: FloatArray = _start(problem, n, members, generator, near, radius)
     found = Search(population[:, 0].copy(), np.full(n, np.inf), np.zeros(n, dtype=bool))
-    extra = (weight - 1.0) * problem.declared.penalty_weight
+    extra = (weight - 1.0) * problem.penalty_weight
     merits = _measured(problem, tasks, population, np.arange(n), found, extra)
     running = np.arange(n)
     for generation in range(1, GENERATIONS + 1):

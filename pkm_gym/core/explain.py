@@ -16,7 +16,7 @@ def sentences(evaluation: Evaluation, i: int) -> list[str]:
     """Return a sentence for each limit that design i breaks; what is undefined has none."""
     problem, task = evaluation.problem, evaluation.task(i)
     broken = evaluation.defined[i] & (evaluation.constraints[i] > 0.0)
-    limits = [limit for limit, bad in zip(problem.declared.constraints, broken, strict=True) if bad]
+    limits = [limit for limit, bad in zip(problem.limits, broken, strict=True) if bad]
     own = [limit for limit in limits if isinstance(limit, str)] or _nearest(evaluation, i)
     full = problem.complete(evaluation.designs[i : i + 1])[0]
     if "dimensions" in own:
@@ -40,7 +40,7 @@ def _nearest(evaluation: Evaluation, i: int) -> list[str]:
     """Return the own limit that a design on the edge of its reach is about to break."""
     if not evaluation.unreached[i] > 0.0:
         return []
-    named = zip(evaluation.problem.declared.constraints, evaluation.constraints[i], strict=True)
+    named = zip(evaluation.problem.limits, evaluation.constraints[i], strict=True)
     reach = {n: value for n, value in named if isinstance(n, str) and n != "dimensions"}
     return [max(reach, key=lambda name: reach[name])] if reach else []
 

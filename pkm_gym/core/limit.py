@@ -32,7 +32,8 @@ class Limit:
     Attributes:
         name: of the constraint.
         side: "upper" (at most the bound) or "lower" (at least).
-        bound: a number, or the name of a task field.
+        bound: a number, or the name of a task field; that of an option in ``option_limits`` of a
+            declaration.
         of: the index, variable or unreported quantity that is bounded; the name if not given.
         times: a task field and its power, by which the bound is multiplied.
         scale: "absolute", or "relative" to the bound; by the unit if not given: angles and pure

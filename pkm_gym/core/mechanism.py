@@ -75,6 +75,7 @@ class Mechanism(ABC):
     pose_names: ClassVar[tuple[str, ...]]
     twist_names: ClassVar[tuple[str, ...]]
     joint_names: ClassVar[tuple[str, ...]]
+    joint_unit: ClassVar[Literal["m", "rad", ""]] = ""  # of a slider or of a hinge
     drawn_axes: ClassVar[tuple[str, str]] = ("x", "y")  # of the drawing plane
     twin_module: ClassVar[str] = ""  # the module that builds its MuJoCo twin, none if empty
     work: ClassVar[float] = 0.2  # microseconds that a kernel takes for a pose, about

@@ -16,6 +16,7 @@ class Option:
     """One option: its name, default and unit, what it is, and what it may be.
 
     ``low`` and ``high`` bound a number, or each number of several; ``choices`` are the legal words.
+    One whose default is None is a number that needn't be given.
     """
 
     name: str
@@ -32,6 +33,8 @@ class Option:
         Raises:
             ValueError: naming the option, its value and what is allowed.
         """
+        if value is None and self.default is None:
+            return None
         if self.choices is not None:
             check_known(self.name, [value], self.choices())
             return value
@@ -42,26 +45,31 @@ class Option:
             return numbers
         if not self._legal(value):
             raise ValueError(f"{self.name} is {value!r}: it must be {self.allowed}")
-        return float(value) if isinstance(self.default, float) else value
+        return float(value) if isinstance(self.example, float) else value
+
+    @property
+    def example(self) -> Any:
+        """A value of its type; of several, one of them."""
+        if self.default is None:
+            return 0.0
+        return self.default[0] if isinstance(self.default, tuple) else self.default
 
     @property
     def allowed(self) -> str:
         """What it may be, in words."""
         if self.choices is not None:
             return " or ".join(self.choices())
-        example = self.default[0] if isinstance(self.default, tuple) else self.default
-        if isinstance(example, bool):
+        if isinstance(self.example, bool):
             return "true or false"
-        kind = "a whole number" if isinstance(example, int) else "a number"
+        kind = "a whole number" if isinstance(self.example, int) else "a number"
         if isinstance(self.default, tuple):
             kind = f"{len(self.default)} {kind.split(' ', 1)[1]}s, each"
         return f"{kind} from {self.low:g} to {self.high:g} {self.unit}".rstrip()
 
     def _legal(self, value: Any) -> bool:
-        example = self.default[0] if isinstance(self.default, tuple) else self.default
-        if isinstance(example, bool):
+        if isinstance(self.example, bool):
             return isinstance(value, bool)
-        kinds = int if isinstance(example, int) else (int, float)
+        kinds = int if isinstance(self.example, int) else (int, float)
         return is_number(value) and isinstance(value, kinds) and self.low <= value <= self.high
 
 

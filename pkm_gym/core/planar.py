@@ -211,6 +211,7 @@ class PlanarMachine(Mechanism):
     pose_names = ("x", "y")
     twist_names = ("vx", "vy")
     joint_names = ("theta_1", "theta_2")
+    joint_unit = "rad"
     work: ClassVar[float] = 0.05
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class DesignProblem(ProblemStatement, ABC):
     Raises:
         ValueError: for an unknown name, with its closest match, or an illegal value.
     """
+
+    drive_option: ClassVar[str] = ""  # that says what motor and gear add to a drive's inertia
 
     # What a mechanism supplies ------------------------------------------------------------------
 
@@ -71,6 +73,11 @@ class DesignProblem(ProblemStatement, ABC):
         """Turn dimensions (SI) into values of variables and changed task fields."""
         del task
         return dict(dimensions), {}
+
+    def cycle(self, task: Any) -> dict[str, Dimension]:
+        """Return what a task's cycle is that dynamic indices are over, by name; {} for none."""
+        del task
+        return {}
 
     def index_maps(self, machine: Mechanism, pose: FloatArray) -> dict[str, IndexMap]:
         """Return the local indices of a machine at poses (..., k), by the design's index."""
@@ -142,7 +149,7 @@ class DesignProblem(ProblemStatement, ABC):
         first = self.objectives[0]
         merit.judge(
             0.06 * n, full, tasks, *rows, self._powers, self._rates, self._limits,
-            self.objective_columns[0], first.sign, first.offset, self.declared.penalty_weight,
+            self.objective_columns[0], first.sign, first.offset, self.penalty_weight,
             constraints, defined, log_merit, feasible,
         )  # fmt: skip
         return Evaluation(
@@ -199,7 +206,7 @@ class DesignProblem(ProblemStatement, ABC):
             limit.name: limit.violation(
                 maps[limit.quantity].values, task, self.unit(limit.quantity)
             )
-            for limit in self.declared.constraints
+            for limit in self.limits
             if isinstance(limit, Limit)
             and limit.quantity in maps
             and maps[limit.quantity].kind != "mean"

@@ -15,6 +15,7 @@ from pkm_gym.core.arguments import (
     checked_designs,
     chosen_objectives,
     chosen_options,
+    limits_given,
     reported_indices,
 )
 from pkm_gym.core.declaration import Declaration, Objective
@@ -25,6 +26,10 @@ from pkm_gym.core.reference import Reference
 from pkm_gym.core.space import Space
 from pkm_gym.core.task import Task, TaskLike, TaskVariable, Variable
 from pkm_gym.core.types import FloatArray
+
+# What multiplies the penalty's weight where options ask for limits: the multiplier of one that few
+# designs keep to is large.
+STRICT = 10.0
 
 
 class ProblemStatement:
@@ -40,8 +45,7 @@ class ProblemStatement:
     options_type: ClassVar[type[Options]]
     all_variables: ClassVar[tuple[Variable, ...]]
     all_objectives: ClassVar[tuple[Objective, ...]]
-    constraint_names: ClassVar[tuple[str, ...]]
-    notes: ClassVar[tuple[str, ...]]
+    notes: tuple[str, ...]  # standing warnings that hold for every design
     scale: float  # of merit: the first objective at the task's optimum, but for the task's powers
 
     def __init_subclass__(cls, **more: Any) -> None:
@@ -52,7 +56,6 @@ class ProblemStatement:
             cls.name, cls.title, cls.notes = said.name, said.title, tuple(said.notes)
             cls.task_type, cls.options_type = said.task, said.options
             cls.all_variables, cls.all_objectives = said.variables, tuple(said.objectives)
-            cls.constraint_names = said.constraint_names
 
     def __init__(
         self,
@@ -83,7 +86,13 @@ class ProblemStatement:
         self._units = variables | indices
         own = [limit.name for limit in self.declared.own_limits]
         fields = self.task_type.names()
-        self._limits = packed(self.declared.constraints, own, indices, variables, fields)
+        asked = limits_given(self.declared, self.options)
+        self.limits = (*self.declared.constraints, *asked)
+        self.penalty_weight = self.declared.penalty_weight * (STRICT if asked else 1.0)
+        self.constraint_names = tuple(
+            limit if isinstance(limit, str) else limit.name for limit in self.limits
+        )
+        self._limits = packed(self.limits, own, indices, variables, fields)
         self.scale = self.objectives[0].scale
         self._powers, self._rates = (
             np.array([goes.get(name, 0.0) for name in fields])

@@ -15,6 +15,11 @@ WRITTEN: dict[str, dict[str, float]] = {
     "rad/s": {"rad/s": 1.0, "deg/s": 180.0 / math.pi, "rpm": 30.0 / math.pi},
     "N m": {"N m": 1.0, "Nm": 1.0},
     "W": {"W": 1.0, "kW": 1e-3},
+    "N": {"N": 1.0, "kN": 1e-3},
+    "m^2": {"m^2": 1.0, "cm^2": 1e4, "mm^2": 1e6},
+    "kg/m": {"kg/m": 1.0, "g/mm": 1.0, "g/m": 1000.0},
+    "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1e-3},
+    "kg m^2": {"kg m^2": 1.0, "kgm^2": 1.0, "kg cm^2": 1e4, "kgcm^2": 1e4, "g cm^2": 1e7},
 }
 
 # SI unit -> the unit that people read, and its decimals.

@@ -6,19 +6,22 @@ import math
 import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pkm_gym.core.mechanism import Mechanism
 from pkm_gym.core.names import check_known, unknown
+from pkm_gym.core.options import Option
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.statics import check_load, load_units
 from pkm_gym.core.task import Task, TaskVariable
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import parse, show
 from pkm_gym.mechanisms import problem_type, usable_problems
 from pkm_gym.studies.cli.design_file import DesignFile, read_design
 
+NONE = "none"
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 Texts = Iterable[str] | None
@@ -163,7 +166,7 @@ def _beside(kind: type[DesignProblem], words: Mapping[str, str], set_: Texts) ->
 
 def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     task_units = {f"task.{item.name}": item.unit for item in kind.task_type.variables()}
-    defaults = {item.name: item.default for item in fields(kind.options_type)}
+    options = {item.name: item for item in kind.options_type.table()}
     of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
     products = {f"task.{name}": item for name, item in kind.declared.products.items()}
     settings, given = _Settings({}, {}, {}, {}), _assignments("--set", set_)
@@ -171,8 +174,8 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
         if key in task_units:
             value = parse(text, task_units[key], what=key)
             settings.task[key.removeprefix("task.")] = value
-        elif key in defaults:
-            settings.options[key] = _option(key, text, defaults[key])
+        elif key in options:
+            settings.options[key] = _option(options[key], text)
         elif key in of_design:
             settings.design[key] = text
         elif key in products:
@@ -182,7 +185,7 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
             value = parse(text, item.unit, what=key)
             settings.products[key.removeprefix("task.")] = value
         else:
-            raise ValueError(_unknown(key, {*task_units, *products}, {*defaults, *of_design}))
+            raise ValueError(_unknown(key, {*task_units, *products}, {*options, *of_design}))
     sized = settings.design.keys() & set(kind.declared.dimensions)  # these may settle task fields
     if settings.products and not sized:
         beside = vars(kind.task_type.of(settings.task))
@@ -298,8 +301,11 @@ def _interval(name: str, text: str, unit: str) -> tuple[float, float]:
     return parse(low, unit, what=f"low {name}"), parse(high, unit, what=f"high {name}")
 
 
-def _option(name: str, text: str, default: Any) -> Any:
-    """Return an option's text as the type of its default."""
+def _option(item: Option, text: str) -> Any:
+    """Return an option's text as the type of its default; what needn't be given may be "none"."""
+    name, default = item.name, item.default
+    if default is None:
+        return None if text.lower() == NONE else parse(text, item.unit, what=name)
     if isinstance(default, bool):
         if text.lower() not in TRUE + FALSE:
             raise ValueError(f"{name} is {text!r}: it must be true or false")
@@ -345,6 +351,20 @@ def known_problems() -> tuple[str, ...]:
     for warning in caught:
         print(f"pkm-gym: {warning.message}", file=sys.stderr)
     return names
+
+
+def load_from(machine: Mechanism, texts: Texts) -> dict[str, float]:
+    """Return the load of ``--load``, component or size -> N or N m; {} without texts.
+
+    Raises:
+        ValueError: in one sentence, for what is no load on the machine's platform.
+    """
+    given, units = _assignments("--load", texts), load_units(machine)
+    check_known("load", given, units)
+    load = {name: parse(text, units[name], what=name) for name, text in given.items()}
+    if load:
+        check_load(machine, load)
+    return load
 
 
 def machine_from(

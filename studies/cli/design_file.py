@@ -76,7 +76,7 @@ def write_design(path: Path, best: Evaluation, found_by: str) -> Path:
         "found_by": found_by,
         "evaluate": evaluate_command(problem, design),
         "task": asdict(problem.task),
-        "options": {k: _plain(v) for k, v in asdict(problem.options).items()},
+        "options": {k: _plain(v) for k, v in asdict(problem.options).items() if v is not None},
         "design": problem.named(design),
         "dimensions": {k: {"value": x, "unit": unit} for k, (x, unit) in sizes.items()},
         "indices": {k: x for k, x in indices.items() if isfinite(x)},

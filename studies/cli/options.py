@@ -49,6 +49,16 @@ DesignOption: TypeAlias = Annotated[
         "(task.payload=1.5kg); options of the mechanism."
     ),
 ]
+LoadOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--load",
+        metavar="LOAD=VALUE ...",
+        help="A load on the platform, held by the drives: components (fy=-20N mz=1Nm), or the size "
+        "of one of any direction (force=20N torque=1Nm).",
+        show_default=False,
+    ),
+]
 DesignFileOption: TypeAlias = Annotated[
     Path | None,
     typer.Option(

@@ -17,7 +17,7 @@ DIGITS = (6, 12, 17)  # of a height that is typed back, as few as give its ratio
 
 def option_word(value: Any) -> str:
     """Return an option's value as ``--set`` takes it."""
-    if isinstance(value, bool):
+    if value is None or isinstance(value, bool):
         return str(value).lower()
     return "x".join(map(repr, value)) if isinstance(value, tuple) else str(value)
 

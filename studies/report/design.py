@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import isclose
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from math import isclose, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Value
 from pkm_gym.core.rows import Dimension
+from pkm_gym.core.statics import Holding
 from pkm_gym.core.task import Task
 from pkm_gym.core.units import shown
 from pkm_gym.studies.cli.arguments import GivenDesign
@@ -44,6 +45,7 @@ class Report:
     given: GivenDesign
     evaluation: Evaluation
     title: str = "a design of your own"
+    holding: tuple[Holding, ...] = ()
 
     @property
     def problem(self) -> DesignProblem:
@@ -54,6 +56,11 @@ class Report:
     def derived(self) -> dict[str, Dimension]:
         """The derived dimensions, none where the design makes no machine."""
         return self.problem.derived(self.given.design, self.given.task)
+
+    @property
+    def cycle(self) -> dict[str, Dimension]:
+        """The cycle that dynamic indices are over, none without such."""
+        return self.problem.cycle(self.given.task)
 
     @property
     def indices(self) -> dict[str, float]:
@@ -115,12 +122,14 @@ def content(report: Report) -> dict[str, Any]:
         **asked(problem, report.given.task),
         "design": problem.named(report.given.design),
         "derived": {name: value for name, (value, _) in report.derived.items()},
+        "cycle": {name: value for name, (value, _) in report.cycle.items()},
         "indices": report.indices,
         "constraints": report.constraints,
         "feasible": report.feasible,
         "merit": float(evaluation.merit[0]),
         "explain": evaluation.explain(0).splitlines(),
         "notes": list(report.notes),
+        "holding": [asdict(one) for one in report.holding],
         "paper": {
             name: {"printed": value.printed, "verdict": value.verdict}
             for name, (value, _) in report.printed.items()
@@ -128,6 +137,7 @@ def content(report: Report) -> dict[str, Any]:
         "units": {
             **units_asked(problem),
             **design_units(problem),
+            "cycle": {name: unit for name, (_, unit) in report.cycle.items()},
             "indices": {index.name: index.unit for index in problem.index_table},
         },
     }
@@ -152,6 +162,9 @@ def show_report(screen: Console, report: Report) -> None:
         screen.print(line, style=GOOD if report.feasible else BAD)
     of = f"of {problem.objectives[0].name}: smaller is better, about 1 at the task's optimum"
     screen.print(Text.assemble(f"merit {evaluation.merit[0]:.5g} ", (of, FAINT)))
+    if report.holding:
+        screen.print(section("What the drives hold of the load, over the workspace"))
+        screen.print(_holding(report.holding))
     if report.printed:
         screen.print(section("What the paper prints"))
         screen.print(*_paper(report), sep="\n")
@@ -165,10 +178,12 @@ def _numbers(screen: Console, report: Report) -> RenderableType:
     named = report.problem.named(report.given.design)
     variables = {v.name: (named[v.name], v.unit) for v in report.problem.all_variables}
     changed = changed_task(report.problem, report.given.task)
+    beside = {name: value for name, value in changed.items() if name not in report.cycle}
     parts: dict[str, Mapping[str, tuple[float, str]]] = {
         "design": variables,
         "dimensions": report.derived,
-        "task, beside defaults": changed,
+        "task, beside defaults": beside,
+        "cycle": report.cycle,
     }
     blocks = [
         Group(Text(title, style=FAINT), listing(values))
@@ -211,6 +226,16 @@ def _limits(report: Report) -> Sheet:
             rows.add_row(name, Text("broken", style=BAD), _margin(value))
         else:
             rows.add_row(name, Text("holds", style=GOOD), _margin(value))
+    return rows
+
+
+def _holding(holding: Iterable[Holding]) -> Sheet:
+    heads = ("drive", "largest", "in the middle", "unit", "the largest")
+    rows = table(*heads, numbers=heads[1:3])
+    for one in holding:
+        sizes = (one.largest, one.middle)
+        numbers = [shown(x, one.unit)[0] if isfinite(x) else "no bound" for x in sizes]
+        rows.add_row(one.joint, *numbers, one.unit, Text(one.place, style=FAINT))
     return rows
 
 

@@ -192,7 +192,7 @@ def _objectives(problem: DesignProblem) -> Iterator[Sequence[str]]:
 
 def _constraints(problem: DesignProblem) -> Iterator[Sequence[str]]:
     own = {limit.name: limit.doc for limit in problem.declared.own_limits}
-    for limit in problem.declared.constraints:
+    for limit in problem.limits:
         if isinstance(limit, str):
             yield f"`{limit}`", own[limit], "the mechanism's own"
         else:

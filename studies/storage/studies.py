@@ -98,7 +98,7 @@ def _identity(problem: DesignProblem, values: Values) -> dict[str, Any]:
         "objectives": [f"{o.name} [{o.unit}]" if o.unit else o.name for o in problem.objectives],
         "variables": {v.name: [v.low, v.high] for v in problem.variables},
         "fixed": dict(problem.fixed),
-        "options": _plain(problem.options),
+        "options": {k: x for k, x in _plain(problem.options).items() if x is not None},
         "task": _plain(problem.task),
         "values": values,
         "hash": problem.hash(),

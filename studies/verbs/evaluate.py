@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from pkm_gym.core.statics import held
 from pkm_gym.mechanisms import declaration
-from pkm_gym.studies.cli.arguments import design_from
+from pkm_gym.studies.cli.arguments import design_from, load_from
 from pkm_gym.studies.cli.options import (
     CsvOption,
     DesignFileOption,
     DesignOption,
     JsonOption,
+    LoadOption,
     Name,
     ObjectiveOption,
     PictureOption,
@@ -26,6 +28,7 @@ def command(
     set_: DesignOption = None,
     design: DesignFileOption = None,
     objective: ObjectiveOption = None,
+    load: LoadOption = None,
     picture: PictureOption = None,
     as_json: JsonOption = False,
     csv: CsvOption = None,
@@ -36,6 +39,9 @@ def command(
     """
     out = Output(as_json, csv)
     report = _evaluate(name, set_, objective, design)
+    if load:
+        machine = report.problem.mechanism(report.given.design, report.given.task)
+        report = replace(report, holding=held(machine, load_from(machine, load)))
     if picture is None and not as_json:
         picture = task_folder(report.problem.with_task(report.given.task)) / "evaluate.png"
     if picture is not None:

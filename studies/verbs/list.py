@@ -143,7 +143,7 @@ def _indices(problem: DesignProblem) -> Any:
 def _constraints(problem: DesignProblem) -> Any:
     rows = table("constraint", "what it says", "violation")
     own = {limit.name: limit.doc for limit in problem.declared.own_limits}
-    for limit in problem.declared.constraints:
+    for limit in problem.limits:
         if isinstance(limit, str):
             rows.add_row(limit, own[limit], "the mechanism's own")
             continue
@@ -163,4 +163,4 @@ def _written(value: Any) -> str:
     """Return an option's value as it is typed on the command line."""
     if isinstance(value, tuple):
         return "x".join(map(str, value))
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return str(value).lower() if value is None or isinstance(value, bool) else str(value)

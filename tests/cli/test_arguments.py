@@ -98,6 +98,28 @@ def test_a_switch_is_said_in_words(text, value):
     assert problem_from("diamond", [f"cycle={text}"]).options.cycle is value
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("m_arm=1200g", 1.2), ("arm_section=4cm^2", 4e-4), ("speed_max=120rpm", 4.0 * math.pi),
+     ("motor=30 kg cm^2", 3e-3), ("power_max=0.5kW", 500.0), ("torque_max=none", None)],
+)  # fmt: skip
+def test_an_option_may_have_a_unit(text, value):
+    name = text.partition("=")[0]
+    more = ["arm_density=2.7g/cm^3"] if name == "arm_section" else []
+    assert getattr(problem_from("diamond", [text, *more]).options, name) == pytest.approx(value)
+
+
+def test_a_setting_takes_back_what_a_file_says(tmp_path):
+    limited = pkm_gym.make_problem("diamond", torque_max=25.0, m_arm=0.3)
+    path = write_design(
+        tmp_path / "design.toml", limited.evaluate(limited.printed_design()[None]), "a command"
+    )
+    assert problem_from("diamond", file=path).hash() == limited.hash()
+    freed = design_from("diamond", ["torque_max=none"], file=path).problem
+    assert freed.options.torque_max is None
+    assert freed.options.m_arm == 0.3
+
+
 def test_what_is_set_goes_before_what_a_verb_asks_for():
     assert problem_from("diamond", cycle=True).options.cycle
     assert not problem_from("diamond", ["cycle=false"], cycle=True).options.cycle
@@ -137,6 +159,8 @@ def test_a_fixed_value_stands_in_the_design():
         (["lame=0.6"], "unknown setting 'lame'; did you mean 'lam_e'?"),
         (["payload=1kg"], "unknown setting 'payload'; did you mean 'task.payload'?"),
         (["task.payloda=1kg"], "unknown task field 'payloda'; did you mean 'payload'?"),
+        (["m_arm=1m"], "m_arm is '1m': 'm' is no unit of it, it is measured in kg, g"),
+        (["torque_max=-1Nm"], "torque_max is -1.0: it must be a number from 0.001 to 100000 N m"),
         (["inertia=unifrm"], "unknown inertia 'unifrm'; did you mean 'uniform-arm'?"),
         (["lam_e"], "--set lam_e says no value: write --set lam_e=VALUE"),
         (["lam_e="], "--set lam_e= says no value: write --set lam_e=VALUE"),

@@ -37,6 +37,8 @@ TOLD = {
     "list": ("list",),
     "list of one": ("list", "diamond"),
     "evaluate": ("evaluate", "diamond", "--set", "task.h=100mm"),
+    "a load": ("evaluate", "spr3", "--load", "fz=-20N"),
+    "motors": ("motors", "diamond"),
     "grid": ("grid", "spr3", "--step", 0.1),
     "search": ("search", "spr3_cylinder", "--sampler", "qmc", "--trials", 4),
     "polish": ("polish", "spr3"),

@@ -27,6 +27,8 @@ TABLES = {
     "solve-tasks": ("solve-tasks", "diamond", "-n", 3),
     "design": ("design", "spr3_cylinder", "--budget", 3),
     "zoo": ("zoo",),
+    "motors": ("motors", "diamond"),
+    "a load": ("evaluate", "pus6", "--load", "force=100N", "torque=5Nm"),
     "twin-check": ("twin-check", "diamond", "--designs", 0),
     "motion-eval": ("motion-eval", "PKM/DiamondMotion-v0"),
     "calibrate": ("calibrate", "spr3_cylinder", "-n", 1),

@@ -70,6 +70,18 @@ FIRST = ("dimensions", "reach")
             "its Family .* the low one must be the small",
         ),
         ({"family": {"free": ("arm",), "fixed": {"arm": 1.0}}}, "arm is both free and fixed"),
+        (
+            {"option_limits": (Limit("heavy", "upper", "samples", of="mass"),)},
+            "the bound 'samples' of heavy is no option whose default is None",
+        ),
+        (
+            {"option_limits": (Limit("heavy", "upper", 3.0, of="mass"),)},
+            "the bound 3.0 of heavy is no option",
+        ),
+        (
+            {"option_limits": (Limit("size", "upper", "mass_max", of="mass"),)},
+            "two limits are called size",
+        ),
         ({"family": {"samples": "many"}}, "its Family can't be made: samples is 'many'"),
     ],
 )

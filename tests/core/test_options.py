@@ -20,6 +20,7 @@ class Sampling(Options):
     speed: float = option(1.5, "speed", unit="m/s", low=0.0, high=10.0)
     cycle: bool = option(False, "whether")
     preset: str = option("printed", "which", choices=lambda: ["printed", "uniform"])
+    mass: float | None = option(None, "mass, if known", unit="kg", low=0.1, high=5.0)
 
 
 @pytest.mark.parametrize(
@@ -45,6 +46,9 @@ class Sampling(Options):
         ({"cycle": "no"}, "cycle is 'no'"),
         ({"preset": "uniforn"}, "unknown preset 'uniforn'; did you mean 'uniform'"),
         ({"preset": 3}, "unknown preset 3; known: printed, uniform"),
+        ({"mass": 0.0}, "mass is 0.0: it must be a number from 0.1 to 5 kg"),
+        ({"mass": True}, "mass is True"),
+        ({"mass": "1"}, "mass is '1'"),
         ({"nods": 3}, "unknown option 'nods'; did you mean 'nodes'"),
     ],
 )
@@ -63,6 +67,14 @@ def test_a_legal_option_becomes_the_defaults_type() -> None:
     assert isinstance(made.grid, tuple)
 
 
+def test_a_number_that_needs_not_be_given_is_none_or_a_number() -> None:
+    assert Sampling().mass is None
+    assert Sampling.of({"mass": None}).changed() == {}
+    made = Sampling.of({"mass": 2})
+    assert made.changed() == {"mass": 2.0}
+    assert isinstance(made.mass, float)
+
+
 def test_what_is_at_its_default_has_not_changed() -> None:
     assert Sampling().changed() == Sampling.of({"nodes": 3, "grid": [32, 9]}).changed() == {}
     assert Sampling(nodes=4, cycle=True).changed() == {"nodes": 4, "cycle": True}
@@ -76,6 +88,7 @@ def test_what_is_allowed_is_said_in_words() -> None:
         "speed": "a number from 0 to 10 m/s",
         "cycle": "true or false",
         "preset": "printed or uniform",
+        "mass": "a number from 0.1 to 5 kg",
     }
 
 

@@ -27,6 +27,7 @@ from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.splits import FOLDER, MANIFEST, manifest
 from pkm_gym.benchmark.standings import standings
 from pkm_gym.core.calibration import calibration
+from pkm_gym.core.motors import read_motors
 from pkm_gym.core.pool import Pool, renewed
 from pkm_gym.core.reference import Reference
 from pkm_gym.core.solve import solve_tasks
@@ -162,6 +163,11 @@ def _journal(tmp: Path) -> Kind:
     return Kind(path, lambda: study_names(open_storage(str(path), create=False)))
 
 
+def _motors(tmp: Path) -> Kind:
+    path = Path(shutil.copy(Path(pkm_gym.__file__).parent / "core/motors.toml", tmp))
+    return Kind(path, lambda: read_motors(path))
+
+
 def _database(tmp: Path) -> Kind:
     path = tmp / "a.db"
     search(pkm_gym.make_problem("spr3"), sampler="random", trials=2, storage=f"sqlite:///{path}")
@@ -193,7 +199,7 @@ def _model(tmp: Path) -> Kind:
 
 KINDS = (
     _design, _reference, _calibration, _manifest, _pool, _older_pool, _part, _log, _leaderboard,
-    _recipe, _run, _designer, _weights, _journal, _database, _checkpoint, _model,
+    _recipe, _run, _designer, _weights, _journal, _database, _checkpoint, _model, _motors,
 )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from pkm_gym.__main__ import app
 VERBS = [
     ("evaluate", "diamond", "--design", "FILE"),
     ("figures", "diamond", "--design", "FILE"),
+    ("motors", "diamond", "--table", "FILE"),
     ("export", "diamond", "-o", "FILE"),
     ("search", "diamond", "--trials", "1", "--storage", "FILE"),
     ("search", "diamond", "--trials", "1", "--storage", "sqlite:///FILE"),

@@ -62,6 +62,13 @@ def test_its_loops_leave_the_mechanism_s_freedom_and_no_more(machine):
     assert twin.model.nv - marked <= spins
 
 
+def test_joints_slide_or_turn_as_the_mechanism_says(machine):
+    twin = Twin(machine, machine.sample_poses()[0])
+    kinds = {"m": mujoco.mjtJoint.mjJNT_SLIDE, "rad": mujoco.mjtJoint.mjJNT_HINGE}
+    for name in machine.joint_names:
+        assert twin.model.joint(name).type[0] == kinds[machine.joint_unit]
+
+
 def test_velocities_keep_the_loops_closed_and_move_the_tool(machine, rng):
     pose = machine.sample_poses()[1]
     twin = Twin(machine, pose)

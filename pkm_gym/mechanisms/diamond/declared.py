@@ -8,12 +8,12 @@ from typing import Annotated, NamedTuple
 
 from pkm_gym.core.declaration import Declaration, Objective
 from pkm_gym.core.limit import Limit
-from pkm_gym.core.options import Options, option
+from pkm_gym.core.options import option
 from pkm_gym.core.product import Product
 from pkm_gym.core.reach import REACH, ReachLimits
-from pkm_gym.core.reference import Reference
 from pkm_gym.core.rows import index, record, undefined, variable
 from pkm_gym.core.task import Task, quantity
+from pkm_gym.mechanisms.diamond.masses import MassOptions
 
 
 @dataclass(frozen=True)
@@ -54,30 +54,9 @@ class DiamondTask(Task):
 
 
 @dataclass(frozen=True)
-class Inertia:
-    """A preset of paper.toml: its numbers are named as dynamics.py names them."""
-
-    doc: str
-    motor: float
-    mu1: float
-    mu2: float
-    m_d: float
-    m_p: float
-    arm: float
-    rod_elbow: float
-    rod_platform: float
-
-
-def presets() -> dict[str, Inertia]:
-    """Return the inertia presets by name."""
-    return Reference.load("pkm_gym.mechanisms.diamond").table("inertia", dict[str, Inertia])
-
-
-@dataclass(frozen=True)
-class DiamondOptions(Options):
+class DiamondOptions(MassOptions):
     """Options of the Diamond."""
 
-    inertia: str = option("printed", "preset of paper.toml", choices=presets)
     sampling: tuple[int, int] = option(
         (32, 9), "columns and rows on the right half of the workspace", low=2, high=10_000
     )
@@ -137,6 +116,12 @@ DIAMOND = Declaration(
         Limit("spacing", "lower", "lam_e_min", of="lam_e"),
         Limit("alpha", "lower", "alpha_low", of="alpha_min"),
         Limit("beta", "lower", "beta_low", of="beta_min"),
+    ),
+    option_limits=(
+        Limit("torque", "upper", "torque_max", of="tau_peak"),
+        Limit("rms", "upper", "rms_max", of="tau_rms"),
+        Limit("speed", "upper", "speed_max", of="speed_peak"),
+        Limit("power", "upper", "power_max", of="power_peak"),
     ),
     objectives=(
         Objective("tau_G", "minimise", worst=100.0),

@@ -16,7 +16,9 @@ from pkm_gym.mechanisms.diamond.kinematics import limb_hessian
 GRAVITY = 9.81  # m/s^2
 
 # Each symbol of the inertia tables, in the order of the row that the kernels take; see paper.toml.
-INERTIA_NAMES = ("motor", "mu1", "mu2", "m_d", "m_p", "arm", "rod_elbow", "rod_platform")
+INERTIA_NAMES = (
+    "motor", "mu1", "mu2", "m_d", "m_p", "arm", "rod_elbow", "rod_platform", "m_arm", "m_rod"
+)  # fmt: skip
 
 
 @kernel
@@ -25,14 +27,14 @@ def lumped_inertia(
 ) -> tuple[float, float, float]:
     """Return I_A about the drive axis (kg m^2), moving mass m (kg), first moment m_A r_A (kg m).
 
-    Tables 1 and 2: uniform arm of mu1 l1 with its factor ``arm``, elbow mass m_d, and the rods'
-    mass mu2 l2 shared between elbow and platform.
+    Tables 1 and 2: uniform arm of m_arm + mu1 l1 with its factor ``arm``, elbow mass m_d, and the
+    mass m_rod + mu2 l2 of the rods shared between elbow and platform.
     """
-    motor, mu1, mu2, m_d, m_p, arm, rod_elbow, rod_platform = inertia
-    elbow = m_d + rod_elbow * mu2 * l2
-    I_A = motor + arm * mu1 * l1**3 + elbow * l1 * l1
-    m = m_p + rod_platform * mu2 * l2 + payload
-    return I_A, m, 0.5 * mu1 * l1 * l1 + elbow * l1
+    motor, mu1, mu2, m_d, m_p, arm, rod_elbow, rod_platform, m_arm, m_rod = inertia
+    elbow = m_d + rod_elbow * mu2 * l2 + rod_elbow * m_rod
+    I_A = motor + arm * mu1 * l1**3 + arm * m_arm * l1 * l1 + elbow * l1 * l1
+    m = m_p + rod_platform * mu2 * l2 + rod_platform * m_rod + payload
+    return I_A, m, 0.5 * mu1 * l1 * l1 + 0.5 * m_arm * l1 + elbow * l1
 
 
 @formula

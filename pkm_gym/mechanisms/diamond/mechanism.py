@@ -13,6 +13,8 @@ from pkm_gym.mechanisms.diamond.dynamics import inverse_dynamics_batch
 from pkm_gym.mechanisms.diamond.indices import torque_index_batch
 from pkm_gym.mechanisms.diamond.kinematics import hessian_batch
 
+ABSENT = -1e-12  # the bound of what may be 0
+
 
 @dataclass(frozen=True, slots=True)
 class Diamond(PlanarMachine):
@@ -21,6 +23,14 @@ class Diamond(PlanarMachine):
     I_A: float = dimension("kg m^2", "inertia of arm, elbow and rod share about the drive axis")
     m: float = dimension("kg", "moving mass: platform, rod share, payload")
     mr_A: float = dimension("kg m", "first moment of arm, elbow and rod share")  # noqa: N815 (symbol m_A r_A)
+    rod: float = dimension("kg", "mass of one of a limb's two rods", low=ABSENT, default=0.0)
+    rod_elbow: float = dimension(
+        "kg", "what I_A and mr_A count of it at the elbow", low=ABSENT, default=0.0
+    )
+    rod_platform: float = dimension("kg", "what m counts of it", low=ABSENT, default=0.0)
+    drive_inertia: float = dimension(
+        "kg m^2", "what I_A counts of motor and gear", low=ABSENT, default=0.0
+    )
 
     twin_module = "pkm_gym.mechanisms.diamond.twin"
 

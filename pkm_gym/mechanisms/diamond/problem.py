@@ -18,7 +18,7 @@ from pkm_gym.core.planar import out_of_reach, reach_margins, smallest_sine_beta
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reach import ReachLimits
 from pkm_gym.core.reference import Reference
-from pkm_gym.core.rows import Measured
+from pkm_gym.core.rows import Dimension, Measured
 from pkm_gym.core.sampling import unit_nodes
 from pkm_gym.core.task import Task
 from pkm_gym.core.types import FloatArray
@@ -31,11 +31,11 @@ from pkm_gym.mechanisms.diamond.declared import (
     DiamondOptions,
     DiamondTask,
     Indices,
-    presets,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
 from pkm_gym.mechanisms.diamond.indices import workspace_indices
 from pkm_gym.mechanisms.diamond.kinematics import arm_angle_range
+from pkm_gym.mechanisms.diamond.masses import PRINTED, chosen_inertia, numbers, presets
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
@@ -57,6 +57,10 @@ SCAN = REFERENCE.table("scan", Scan)
 TORQUES = {"tau_G": 0, "tau_peak": 1, "tau_rms": 2}  # objectives that go with the task's sizes
 NO_TORQUE = 3
 LENGTHS = ("e", "l1", "l2", "H")
+AS_PRINTED = (
+    "inertia=printed counts arms and rods as the paper's tables do, 1/12 of an arm and 2/3 of a "
+    "rod; uniform ones are 1/3 and 1: inertia=static"
+)
 
 
 @kernel
@@ -189,17 +193,21 @@ class DiamondProblem(DesignProblem):
     """
 
     declared = DIAMOND
+    drive_option = "motor"
     options: DiamondOptions
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)
         columns, rows = self.options.sampling
-        preset = presets()[self.options.inertia]
-        self._inertia = np.array([getattr(preset, name) for name in INERTIA_NAMES])
+        self.inertia = chosen_inertia(self.options)
+        self._inertia = np.array(numbers(self.inertia, INERTIA_NAMES))
+        if self.options.own_masses and self.options.inertia == PRINTED:
+            self.notes = (*self.notes, AS_PRINTED)
         self._nodes = unit_nodes(columns), unit_nodes(rows)
         self._cycle_samples = self.options.cycle_samples if self.options.cycle else 0
         self._objective = TORQUES.get(self.objectives[0].name, NO_TORQUE)
-        paper_scale = task_scale(packed_task(DiamondTask()), self._inertia, self._objective)
+        printed = np.array(numbers(presets()[PRINTED], INERTIA_NAMES))
+        paper_scale = task_scale(packed_task(DiamondTask()), printed, self._objective)
         self._anchor = REFERENCE.optimum(self.objectives[0].name).value / paper_scale
         self._work = 0.012 * columns * rows + 0.1 * self._cycle_samples  # microseconds a design
 
@@ -213,9 +221,19 @@ class DiamondProblem(DesignProblem):
         lam_e, lam_l, gap = map(float, design)
         e, l1, l2, H = dimensions_from_ratios(lam_e, lam_l, gap, task.b, task.delta)
         I_A, m, mr_A = lumped_inertia(l1, l2, task.payload, self._inertia)
+        own = self.inertia
+        rod = own.m_rod + own.mu2 * l2
         return Diamond(
-            e=e, l1=l1, l2=l2, H=H, b=task.b, h=task.h_ratio * task.b, I_A=I_A, m=m, mr_A=mr_A
-        )
+            e=e, l1=l1, l2=l2, H=H, b=task.b, h=task.h_ratio * task.b, I_A=I_A, m=m, mr_A=mr_A,
+            rod=rod, rod_elbow=own.rod_elbow * rod, rod_platform=own.rod_platform * rod,
+            drive_inertia=own.motor,
+        )  # fmt: skip
+
+    def cycle(self, task: DiamondTask) -> dict[str, Dimension]:
+        """Return width, lift, time and overlap of the task's pick-and-place cycle."""
+        units = {"cycle_width": "m", "cycle_lift": "m", "cycle_time": "s", "overlap": ""}
+        path = cycle_path(packed_task(task))
+        return {k: Dimension(x, unit) for (k, unit), x in zip(units.items(), path, strict=True)}
 
     def from_dimensions(
         self, dimensions: Mapping[str, float], task: DiamondTask

@@ -22,7 +22,7 @@ from pkm_gym.core.planar_twin import (
 )
 from pkm_gym.core.twin import Course, Solver, add_cylinder
 from pkm_gym.core.types import FloatArray
-from pkm_gym.mechanisms.diamond.declared import DiamondTask, presets
+from pkm_gym.mechanisms.diamond.declared import DiamondTask
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 from pkm_gym.mechanisms.diamond.problem import cycle_path, packed_task
 
@@ -44,14 +44,12 @@ def build(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:
     Raises:
         ValueError: for a pose out of reach, or rods that outweigh the machine.
     """
-    table = presets()["printed"]
-    rod = table.mu2 * machine.l2  # one of the two of a limb
-    elbow, platform = table.rod_elbow * rod, table.rod_platform * rod
+    rod, elbow, platform = machine.rod, machine.rod_elbow, machine.rod_platform
     inertia, moment = machine.I_A - elbow * machine.l1**2, machine.mr_A - elbow * machine.l1
     mass = machine.m - platform
     if min(inertia, moment, mass) <= 0.0:
         raise ValueError(f"rods of {machine.l2:g} m outweigh the machine: it has no twin")
-    return _build(machine, pose, (inertia, moment, 2.0 * rod, mass))
+    return _build(machine, pose, (inertia, moment, max(2.0 * rod, LIGHT_ROD), mass))
 
 
 def build_lumped(machine: Diamond, pose: FloatArray) -> mujoco.MjSpec:

@@ -91,6 +91,7 @@ class Pss5Upu(Mechanism):
     pose_names = ("x", "y", "z", "beta", "gamma")
     twist_names = ("wx", "wy", "wz", "vx", "vy", "vz")
     joint_names = ("l_1", "l_2", "l_3", "l_4", "l_5")
+    joint_unit = "m"
     rate_names: ClassVar = ("vx", "vy", "vz", "gamma_rate", "beta_rate")
     twin_module = "pkm_gym.mechanisms.pss5_upu.twin"
     work: ClassVar[float] = 1.0

@@ -90,6 +90,7 @@ class Pus6(Mechanism):
     pose_names = ("x", "y", "z", "alpha", "beta", "gamma")
     twist_names = ("wx", "wy", "wz", "vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3", "q_4", "q_5", "q_6")
+    joint_unit = "m"
     twin_module = "pkm_gym.mechanisms.pus6.twin"
     work: ClassVar[float] = 1.0
 

@@ -58,6 +58,7 @@ class Spr3(Mechanism):
     pose_names = ("hx", "hy", "s")
     twist_names = ("vx", "vy", "vz")
     joint_names = ("q_1", "q_2", "q_3")
+    joint_unit = "m"
     drawn_axes = ("x", "z")
     twin_module = "pkm_gym.mechanisms.spr3.twin"
     range_slack: ClassVar[float] = 1e-9  # a leg this share beyond its range still counts as within

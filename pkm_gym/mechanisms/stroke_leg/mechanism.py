@@ -80,6 +80,7 @@ class Leg(Mechanism):
     pose_names = ("x", "z")
     twist_names = ("vx", "vz")
     joint_names = ("l_2", "l_4")
+    joint_unit = "m"
     drawn_axes = ("x", "z")
     twin_module = "pkm_gym.mechanisms.stroke_leg.twin"
     work: ClassVar[float] = 0.15

@@ -168,6 +168,14 @@ def test_a_study_of_another_problem_or_task_is_refused_untouched(searched, chang
     assert content(load_study(open_storage(JOURNAL), "a")) == kept
 
 
+def test_a_study_from_before_an_option_was_there_goes_on(searched, diamond):
+    study = searched(trials=3).study
+    unset = [name for name, value in dataclasses.asdict(diamond.options).items() if value is None]
+    assert unset
+    assert not set(unset) & set(study.user_attrs["options"])
+    assert len(searched(trials=4).study.trials) == 4
+
+
 def test_a_study_of_merits_is_not_continued_with_objectives(searched):
     searched(trials=3, sampler="cmaes")
     with pytest.raises(ValueError, match="values: merit there, objectives here"):
