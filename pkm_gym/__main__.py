@@ -31,6 +31,15 @@ VERBS = {
     "grid": (f"{STUDIES}.grid:command", "Evaluate a grid: the paper's, or ours."),
     "search": (f"{STUDIES}.search:command", "Search the design space with Optuna."),
     "polish": (f"{STUDIES}.polish:command", "Refine a design to the optimum near it."),
+    "round": (
+        f"{STUDIES}.round:command",
+        "Round a design to dimensions that can be built.",
+    ),
+    "tolerance": (f"{STUDIES}.tolerance:command", "Build a design with errors: the yield."),
+    "sensitivity": (
+        f"{STUDIES}.sensitivity:command",
+        "Tell what dimensions and limits are worth.",
+    ),
     "compare": (
         f"{STUDIES}.compare:command",
         "Compare searches with the paper's optimum.",
@@ -80,6 +89,7 @@ VERBS = {
 
 # module -> the extra that brings it
 EXTRAS = {
+    "SALib": "studies",
     "cmaes": "studies",
     "imageio": "movies",
     "imageio_ffmpeg": "movies",

@@ -1,0 +1,141 @@
+"""``pkm-gym round``: the best feasible design of dimensions that a shop can build."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pkm_gym.core.units import converted
+from pkm_gym.studies.buildable.content import of_rounded
+from pkm_gym.studies.buildable.dimensions import Dimensions, settled_by
+from pkm_gym.studies.buildable.lattice import Lattice, lattice
+from pkm_gym.studies.buildable.rounding import POINTS, Rounded, round_design
+from pkm_gym.studies.buildable.start import Start, start_from
+from pkm_gym.studies.cli.design_file import write_design
+from pkm_gym.studies.cli.options import (
+    DesignFileOption,
+    DesignOption,
+    FreeOption,
+    Name,
+    ObjectiveOption,
+    json_option,
+    output_option,
+)
+from pkm_gym.studies.cli.runs import file_name, own_command
+from pkm_gym.studies.cli.tasks import task_folder
+from pkm_gym.studies.cli.terminal import BAD, FAINT, GOOD, console, counter, section, table
+from pkm_gym.studies.report.answer import hand_over
+
+
+def command(
+    name: Name,
+    to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STEP|NAME=STEP ...",
+            help="Of all lengths (1mm), of all angles (0.5deg), or of one dimension (l1=0.1mm); "
+            "repeat it for several.",
+            show_default=False,
+        ),
+    ] = None,
+    stock: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE,VALUE ...",
+            help="All values that a dimension can have: l1=300mm,350mm,400mm.",
+            show_default=False,
+        ),
+    ] = None,
+    set_: DesignOption = None,
+    design: DesignFileOption = None,
+    objective: ObjectiveOption = None,
+    free: FreeOption = None,
+    points: Annotated[
+        int, typer.Option(metavar="N", min=1, help="How many lattice points may be evaluated.")
+    ] = POINTS,
+    output: Annotated[
+        Path | None, output_option("Where the design goes; under runs/NAME if not said.")
+    ] = None,
+    as_json: Annotated[bool, json_option("Print JSON in SI units only.")] = False,
+) -> None:
+    """Round a design to dimensions that can be built: the best feasible one near it.
+
+    Without a design it is the optimum of the task, recorded or solved now.
+
+    Example: pkm-gym round diamond --to 1mm
+    """
+    start = start_from(name, set_, design, objective, free)
+    axes = lattice(Dimensions(start.problem, start.design).units, to or (), stock or ())
+    screen = console()
+    progress = counter(screen, "points")
+    line = progress.add_task("at most", total=points)
+    with progress:
+        found = round_design(
+            start.problem, start.design, axes, points=points,
+            report=lambda n: progress.update(line, completed=n),
+        )  # fmt: skip
+    stem = file_name("_".join(["round", *(to or ()), *(stock or ())]))
+    path = output or task_folder(start.problem) / f"{stem}.toml"
+    if as_json:
+        write_design(path, found.best, own_command())
+        print(json.dumps({**of_rounded(found), "file": str(path)}, indent=2))
+        return
+    show(screen, start, axes, found)
+    hand_over(screen, found.best, path)
+
+
+def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
+    """Print the dimensions, what they cost and what holds them back."""
+    screen.print(Text(f"{start.problem.name}: rounded from {start.words}"))
+    for note in start.notes:
+        screen.print(note, style=FAINT)
+    rows = table("dimension", "start", "built", "unit", "of", numbers=["start", "built"])
+    for name, pair in found.dimensions.items():
+        before, after = (f"{converted(x, found.units[name])[0]:.6g}" for x in pair)
+        words = axes[name].words if name in axes else "any value"
+        rows.add_row(name, before, after, converted(0.0, found.units[name])[1], words)
+    screen.print(rows)
+    first = start.problem.objectives[0]
+    values = [show_value(e.objectives[0, 0], first.unit) for e in (found.start, found.best)]
+    cost = 100.0 * found.cost
+    verdict = f"{abs(cost):.3g} % {'worse' if cost > 0.0 else 'better'}"
+    screen.print(f"\n{first.name} {values[0]} before, {values[1]} as built: {verdict}")
+    for name, (asked, now) in settled_by(start.problem, found.best.problem.task).items():
+        unit = next(v.unit for v in start.problem.task_variables if v.name == name)
+        screen.print(
+            f"the dimensions set task.{name} = {show_value(now, unit)}, not {show_value(asked, unit)}"
+        )
+    farther = found.examined - found.window
+    what = f"the best of all {found.window:,} points within {found.reach} steps"
+    screen.print(f"{what} and {farther:,} farther off" if farther else what, soft_wrap=True)
+    if not found.best.feasible[0]:
+        screen.print("none of them is feasible: choose finer steps; this one breaks", style=BAD)
+        screen.print(found.best.explain(0), style=BAD)
+        return
+    screen.print("feasible: every limit holds", style=GOOD)
+    _show_touched(screen, found)
+
+
+def _show_touched(screen: Console, found: Rounded) -> None:
+    if not found.touched:
+        screen.print("no step of one dimension breaks a limit")
+        return
+    names = found.best.problem.constraint_names
+    screen.print(section("Limits that it touches"))
+    rows = table("limit", "margin", "broken by a step", numbers=["margin"])
+    for name, steps in found.touched.items():
+        margin = -found.best.constraints[0, names.index(name)]
+        ways = [f"{'-' if way < 0 else '+'}{dimension}" for dimension, way in steps]
+        rows.add_row(name, f"{margin:.2g}", ", ".join(ways))
+    screen.print(rows)
+
+
+def show_value(value: float, unit: str) -> str:
+    """Return an objective with the digits in which designs differ, and its unit."""
+    number, name = converted(float(value), unit)
+    return f"{number:.6g} {name}".rstrip()
