@@ -195,13 +195,13 @@ def _load(verb: str) -> Any:
 
 
 def _spread(args: list[str], flags: set[str]) -> list[str]:
-    """Return ``--set a=1 b=2`` as ``--set a=1 --set b=2``."""
+    """Return ``--set a=1 b=2`` as ``--set a=1 --set b=2``, and so ``--to 1mm b=2mm``."""
     spread: list[str] = []
     flag = ""
     for at, argument in enumerate(args):
         if argument.partition("=")[0] in flags:
             flag = argument.partition("=")[0]
-        elif argument.startswith("-") or "=" not in argument:
+        elif argument.startswith("-") or ("=" not in argument and args[at - 1] != flag):
             flag = ""
         elif flag and args[at - 1] != flag:
             spread.append(flag)

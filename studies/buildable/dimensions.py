@@ -13,7 +13,7 @@ from pkm_gym.core.types import BoolArray, FloatArray
 
 BUILT = ("m", "rad")  # units of what a shop builds
 EDGE = 1e-9  # of the range: what is so far outside is on the edge
-SAME = 1e-12  # a task field that dimensions settle, and one that was asked for
+SAME = 1e-9  # a task field that dimensions settle, and one that was asked for
 
 
 class Dimensions:
@@ -82,9 +82,8 @@ class Dimensions:
                 values, changes = self.problem.from_dimensions(given, self.problem.task)
             except ValueError:
                 continue
-            for name, value in (
-                values | dict(zip(self._plain, point[split:], strict=True))
-            ).items():
+            others = zip(self._plain, point[split:], strict=True)
+            for name, value in (*values.items(), *others):
                 designs[row, columns[name]] = value
             for name, value in changes.items():
                 asked = self.settled[name]

@@ -168,7 +168,9 @@ def grid_of(axes: Sequence[Any], most: int) -> npt.NDArray[np.intp] | None:
     return np.stack([axis.ravel() for axis in mesh], axis=-1)
 
 
-def values_of(axes: Sequence[Axis | None], numbers: FloatArray, held: FloatArray) -> FloatArray:
+def values_of(
+    axes: Sequence[Axis | None], numbers: npt.NDArray[np.intp], held: FloatArray
+) -> FloatArray:
     """Return the points (n, k) of numbers (n, k); coordinates without an axis stay as ``held``."""
     points = np.repeat(held[None], len(numbers), axis=0)
     for k, axis in enumerate(axes):

@@ -58,18 +58,20 @@ def multipliers(problem: DesignProblem, design: FloatArray, *, seed: int = 0) ->
     evaluation = problem.evaluate(design[None])
     active = np.flatnonzero(evaluation.constraints[0] > -ACTIVE)
     places, slopes = _slopes(problem, design, span, seed)
+    if not len(places):
+        return Multipliers({}, {}, places, np.zeros((0, 1 + len(names))), 1.0)
     objective, limits = slopes[:, 0], slopes[:, 1:][:, active]
     at_low, at_high = design - problem.low <= EDGE * span, problem.high - design <= EDGE * span
     edges = [(j, -1.0) for j in at_low.nonzero()[0]] + [(j, 1.0) for j in at_high.nonzero()[0]]
     bounds = np.zeros((len(edges), len(span)))
     for row, (j, way) in zip(bounds, edges, strict=True):
         row[j] = way
-    rows = np.concatenate([objective, limits.reshape(-1, len(span)), bounds])
+    rows = np.concatenate([objective, limits.reshape(len(places) * len(active), len(span)), bounds])
     size = float(np.linalg.norm(objective.mean(axis=0))) or 1.0
     once = np.concatenate([np.ones(len(objective)), np.zeros(len(rows) - len(objective))])
     matrix = np.vstack([rows.T / size, HEAVY * once])
     weights, left = nnls(matrix, np.concatenate([np.zeros(len(span)), [HEAVY]]))
-    of_limits = weights[len(objective) : len(rows) - len(edges)].reshape(-1, len(active))
+    of_limits = weights[len(objective) : len(rows) - len(edges)].reshape(len(places), len(active))
     of_edges = weights[len(rows) - len(edges) :]
     each = np.zeros((len(places), 1 + len(names)))
     each[:, 0], each[:, 1 + active] = weights[: len(places)], of_limits

@@ -40,7 +40,7 @@ def _spread(axes: Axes, found: Tolerances) -> None:
     unit = found.nominal.problem.objectives[0].unit
     values, _ = shown(found.values, unit)
     known = np.isfinite(values)
-    edges = np.histogram_bin_edges(values[known], BINS) if known.any() else BINS
+    edges = np.histogram_bin_edges(values[known], BINS).tolist()
     parts = [values[known & found.feasible], values[known & ~found.feasible]]
     axes.hist(
         parts, edges, stacked=True, color=[STYLE["good"], STYLE["bad"]],

@@ -15,6 +15,7 @@ STEP = 1e-6  # of a coordinate's size, of finite differences
 SMALLEST = 1e-3  # m or rad, of a coordinate's size
 ITERATIONS = 60
 CONVERGED = 1e-9
+NEWTON = 3  # steps
 
 
 class _Relaxation:
@@ -24,11 +25,18 @@ class _Relaxation:
         self._dimensions, self._start, self._moved = dimensions, start, moved
         self._size = np.maximum(np.abs(start[moved]), SMALLEST)
         fields = dimensions.problem.task_type.names()
-        self._columns = [fields.index(name) for name in dimensions.settled]
+        self._columns = np.array([fields.index(n) for n in dimensions.settled], dtype=np.intp)
         self._asked = np.array([*dimensions.settled.values()])
         self.begin = start[moved] / self._size
+        self._keep_moving()
         self.split = 1 + len(self._columns)
         self.at = lru_cache(maxsize=4)(self._at)
+
+    def _keep_moving(self) -> None:
+        """Leave out the settled fields that nothing which is moved changes."""
+        slopes = self._at(self.begin.tobytes())[1][1 : 1 + len(self._columns)]
+        moving = (np.abs(slopes) > 0.0).any(axis=1)
+        self._columns, self._asked = self._columns[moving], self._asked[moving]
 
     def points(self, scaled: FloatArray) -> FloatArray:
         """Return the points (n, k) of what is moved (n, moved), in shares of its size."""
@@ -54,6 +62,16 @@ class _Relaxation:
             ]
         )
 
+    def exact(self, x: FloatArray) -> FloatArray:
+        """Return the place (moved,) next to one at which the settled task fields are exact."""
+        settled = slice(1, self.split)
+        for _ in range(NEWTON if self.split > 1 else 0):
+            values, slopes = self.at(x.tobytes())
+            if not np.isfinite(values).all() or not np.isfinite(slopes[settled]).all():
+                return x
+            x = x - np.linalg.lstsq(slopes[settled], values[settled], rcond=1e-9)[0]
+        return x
+
     def _at(self, place: bytes) -> tuple[FloatArray, FloatArray]:
         """Return the values (p,) and slopes (p, moved) at a place."""
         x = np.frombuffer(place)
@@ -62,7 +80,9 @@ class _Relaxation:
         return rows[0], np.ascontiguousarray(((rows[1:] - rows[0]) / STEP).T)
 
 
-def relaxed(dimensions: Dimensions, begin: FloatArray, held: Mapping[int, float]) -> FloatArray:
+def relaxed(
+    dimensions: Dimensions, begin: FloatArray, held: Mapping[int, float], room: float = 0.0
+) -> FloatArray:
     """Return about where (k,) the objective is best with some coordinates held.
 
     SciPy's SLSQP over the others, for the task that is asked for. Limits have kinks, so it is a
@@ -72,6 +92,7 @@ def relaxed(dimensions: Dimensions, begin: FloatArray, held: Mapping[int, float]
         dimensions: the coordinates.
         begin: array (k,), a start.
         held: coordinate -> value.
+        room: that is kept to every limit, scaled as the constraints are.
     """
     from scipy.optimize import minimize
 
@@ -97,12 +118,12 @@ def relaxed(dimensions: Dimensions, begin: FloatArray, held: Mapping[int, float]
             },
             {
                 "type": "ineq",
-                "fun": lambda x: -problem.at(x.tobytes())[0][limits],
+                "fun": lambda x: -room - problem.at(x.tobytes())[0][limits],
                 "jac": lambda x: -problem.at(x.tobytes())[1][limits],
             },
-        ][0 if dimensions.settled else 1 :],
+        ][0 if problem.split > 1 else 1 :],
         options={"maxiter": ITERATIONS, "ftol": CONVERGED},
     )
-    end = problem.points(np.asarray(result.x)[None])
+    end = problem.points(problem.exact(np.array(result.x))[None])
     usable = np.isfinite(end).all() and np.isfinite(dimensions.designs(end)[0]).all()
     return np.asarray(end[0] if usable else dimensions.followed(start[None])[0])

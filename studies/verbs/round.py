@@ -97,7 +97,7 @@ def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
     rows = table("dimension", "start", "built", "unit", "of", numbers=["start", "built"])
     for name, pair in found.dimensions.items():
         before, after = (f"{converted(x, found.units[name])[0]:.6g}" for x in pair)
-        words = axes[name].words if name in axes else "any value"
+        words = _words(start, axes, name)
         rows.add_row(name, before, after, converted(0.0, found.units[name])[1], words)
     screen.print(rows)
     first = start.problem.objectives[0]
@@ -107,9 +107,8 @@ def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
     screen.print(f"\n{first.name} {values[0]} before, {values[1]} as built: {verdict}")
     for name, (asked, now) in settled_by(start.problem, found.best.problem.task).items():
         unit = next(v.unit for v in start.problem.task_variables if v.name == name)
-        screen.print(
-            f"the dimensions set task.{name} = {show_value(now, unit)}, not {show_value(asked, unit)}"
-        )
+        settled, wanted = show_value(now, unit), show_value(asked, unit)
+        screen.print(f"the dimensions set task.{name} = {settled}, not {wanted}")
     farther = found.examined - found.window
     what = f"the best of all {found.window:,} points within {found.reach} steps"
     screen.print(f"{what} and {farther:,} farther off" if farther else what, soft_wrap=True)
@@ -119,6 +118,16 @@ def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
         return
     screen.print("feasible: every limit holds", style=GOOD)
     _show_touched(screen, found)
+
+
+def _words(start: Start, axes: Lattice, name: str) -> str:
+    """Return what values a dimension may have."""
+    if name in start.problem.following:
+        return f"as {start.problem.following[name]}"
+    if name in axes:
+        return axes[name].words
+    held = name in {v.name for v in start.problem.all_variables} - {*start.problem.variable_names}
+    return "as it was" if held else "any value"
 
 
 def _show_touched(screen: Console, found: Rounded) -> None:

@@ -37,7 +37,7 @@ from pkm_gym.studies.cli.terminal import BAD, FAINT, console, table
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.polish import told_optimum
-from pkm_gym.studies.search.samplers import SAMPLERS
+from pkm_gym.studies.search.samplers import HIGHER, SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
 
 
@@ -96,6 +96,8 @@ def command(
     """
     asked = problem_from(name, set_, fix, range_, objective, free, file=design)
     problem = robust_from(asked, robust, sigma or ())
+    if problem is not asked and sampler in HIGHER:
+        raise ValueError(f"the sampler {sampler} knows nothing of errors: choose another one")
     if problem is not asked:
         study_name = study_name or f"{problem.name}-{sampler}-robust"
     check_memory("--trials", trials, TRIAL)
