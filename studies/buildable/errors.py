@@ -6,7 +6,7 @@ import numpy as np
 
 from pkm_gym.core.types import FloatArray
 
-FEWEST, MOST = 4, 20  # powers of two of samples
+FEWEST, MOST = 4, 16  # powers of two of samples
 
 
 def sobol_points(power: int, columns: int, seed: int) -> FloatArray:

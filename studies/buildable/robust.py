@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pkm_gym.core.arguments import checked_designs
+from pkm_gym.core.arguments import checked_designs, packed_tasks
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known
 from pkm_gym.core.problem import DesignProblem
+from pkm_gym.core.task import TaskLike
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.core.units import show
 from pkm_gym.studies.buildable.dimensions import Dimensions
@@ -59,6 +60,7 @@ class RobustProblem(DesignProblem):
     """
 
     errors: Errors | None = None
+    _plain: DesignProblem
     _dimensions: Dimensions
     _offsets: FloatArray
 
@@ -66,9 +68,10 @@ class RobustProblem(DesignProblem):
         """Evaluate designs (n, d), each by its machines, for the problem's own task."""
         if self.errors is None:
             return super().evaluate(designs, tasks)
-        if tasks is not None and tasks != self.task:
-            raise ValueError("a robust problem answers for its own task only")
         designs = checked_designs(designs, self.variables)
+        own, shape = self._task_row, (len(designs), self._task_row.shape[1])
+        if tasks is not None and (packed_tasks(tasks, self.task_type, shape) != own).any():
+            raise ValueError("a robust problem answers for its own task only: make another one")
         built = self._built(designs)
         n, count = len(designs), self.errors.machines
         order = np.argsort(built.constraints.max(axis=1).reshape(n, count), axis=1, kind="stable")
@@ -81,6 +84,18 @@ class RobustProblem(DesignProblem):
             logs = np.log(first.offset + values) - np.log(first.offset + told.objectives[:, 0])
         worse = np.where(np.isfinite(logs) & (told.unreached <= 0.0), first.sign * logs, 0.0)
         return told.told(values, told.constraints, told.log_merit + worse)
+
+    def pieces(self, designs: FloatArray, tasks: FloatArray) -> FloatArray:
+        """Return the log objective and what limits are broken by, as ``evaluate`` tells them."""
+        return DesignProblem.pieces(self, designs, tasks)
+
+    def with_task(self, task: TaskLike, **options: Any) -> Any:
+        """Return the same with another task, and other options if any are given."""
+        if self.errors is None:
+            return super().with_task(task, **options)
+        own = self.errors
+        other = self._plain.with_task(task, **options)
+        return robust(other, own.sigma, own.share, machines=own.machines, seed=own.seed)
 
     def yields(self, designs: FloatArray) -> FloatArray:
         """Return the share of the machines of designs (n, d) that hold every limit: array (n,)."""
@@ -154,7 +169,7 @@ def robust(
     made: Any = copy(problem)
     made.__class__ = type("RobustProblem", (RobustProblem, type(problem)), {"__module__": __name__})
     made.errors = Errors(share, {name: sigma[name] for name in names}, units, machines, seed)
-    made._dimensions, made._offsets = dimensions, offsets
+    made._plain, made._dimensions, made._offsets = problem, dimensions, offsets
     answer: RobustProblem = made
     return answer
 

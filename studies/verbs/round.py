@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -103,8 +104,9 @@ def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
     first = start.problem.objectives[0]
     values = [show_value(e.objectives[0, 0], first.unit) for e in (found.start, found.best)]
     cost = 100.0 * found.cost
-    verdict = f"{abs(cost):.3g} % {'worse' if cost > 0.0 else 'better'}"
-    screen.print(f"\n{first.name} {values[0]} before, {values[1]} as built: {verdict}")
+    verdict = f": {abs(cost):.3g} % {'worse' if cost > 0.0 else 'better'}"
+    words = f"\n{first.name} {values[0]} before, {values[1]} as built"
+    screen.print(words + (verdict if isfinite(cost) else ""))
     for name, (asked, now) in settled_by(start.problem, found.best.problem.task).items():
         unit = next(v.unit for v in start.problem.task_variables if v.name == name)
         settled, wanted = show_value(now, unit), show_value(asked, unit)
@@ -146,5 +148,7 @@ def _show_touched(screen: Console, found: Rounded) -> None:
 
 def show_value(value: float, unit: str) -> str:
     """Return an objective with the digits in which designs differ, and its unit."""
+    if not isfinite(value):
+        return "undefined"
     number, name = converted(float(value), unit)
     return f"{number:.6g} {name}".rstrip()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.core.solve import polish
 from pkm_gym.studies.buildable.dimensions import Dimensions
 from pkm_gym.studies.buildable.robust import robust
 from pkm_gym.studies.buildable.tolerance import tolerance
@@ -46,6 +47,19 @@ def test_what_makes_no_machine_is_answered(problem, optimum):
     told = own.evaluate(bad)
     assert not told.feasible.any()
     assert np.isfinite(told.constraints).all()
+
+
+def test_its_optimum_is_solved_as_any_other(diamond):
+    own = robust(diamond, SIGMA, 0.75, machines=16)
+    best = polish(own, own.printed_design()[None])
+    told = own.evaluate(np.concatenate([best, own.printed_design()[None]]), own.pack(None)[None])
+    assert told.feasible[0]
+    assert told.objectives[0, 0] < told.objectives[1, 0]
+    heavier = own.with_task({"payload": 1.0})
+    assert heavier.errors == own.errors
+    assert heavier.task.payload == 1.0
+    with pytest.raises(ValueError, match="answers for its own task only"):
+        own.evaluate(best, heavier.task)
 
 
 @pytest.fixture

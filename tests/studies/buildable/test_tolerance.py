@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 import pkm_gym
+from pkm_gym.plots import figure_to_array
 from pkm_gym.studies.buildable.dimensions import Dimensions
 from pkm_gym.studies.buildable.errors import normal, sobol_points
+from pkm_gym.studies.buildable.pictures import tolerance_figure
 from pkm_gym.studies.buildable.tolerance import _saltelli, sobol_indices, tolerance
+
+from .conftest import optimum_of
 
 SIZES = {"m": 1e-4, "rad": np.radians(0.05), "": 1e-4}
 SAMPLES = 64
@@ -103,6 +107,17 @@ def test_a_design_with_margins_is_built_without_rejects():
     assert found.broken == found.margins == {}
 
 
+@pytest.mark.parametrize("size", [1e-5, 1e-4])
+def test_the_picture_shows_every_dimension_and_broken_limit(size):
+    problem = pkm_gym.make_problem("diamond")
+    found = tolerance(problem, optimum_of(problem), {"l1": size, "e": size}, samples=64)
+    pixels = figure_to_array(figure := tolerance_figure(found))
+    assert pixels.std() > 10.0
+    _, spread, limits = figure.axes
+    assert [text.get_text() for text in spread.get_yticklabels()] == ["$e$", "$l_{1}$"]
+    assert len(limits.patches) == len(found.broken)
+
+
 def test_it_repeats_and_tells_how_far_it_is():
     problem = pkm_gym.make_problem("diamond")
     told = []
@@ -121,7 +136,7 @@ def test_it_repeats_and_tells_how_far_it_is():
         ({"sigma": {"l9": 1e-4}}, "unknown dimension 'l9'"),
         ({"sigma": {}}, "tolerances need a standard deviation > 0"),
         ({"sigma": {"l1": 0.0}}, "tolerances need a standard deviation > 0"),
-        ({"samples": 100}, "samples is 100: it must be a power of 2 from 16 to 1,048,576"),
+        ({"samples": 100}, "samples is 100: it must be a power of 2 from 16 to 65,536"),
         ({"goal": 1.0}, "the goal is 1: it must be a share of machines from 0.5 to below 1"),
     ],
 )
