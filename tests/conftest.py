@@ -9,6 +9,7 @@ from __future__ import annotations
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 
 import hypothesis
 import numpy as np
@@ -132,7 +133,7 @@ def out_of_reach(anywhere: Callable) -> Callable[[Mechanism], FloatArray]:
 @pytest.fixture(scope="session")
 def solved(family_problem: DesignProblem) -> Solutions:
     """A few tasks of the problem's Family, solved."""
-    return _solved(family_problem, FEW)
+    return _solved(family_problem.name, FEW)
 
 
 @pytest.fixture(
@@ -143,11 +144,14 @@ def family(
     family_problem: DesignProblem, solved: Solutions, request: pytest.FixtureRequest
 ) -> Solutions:
     """Solved tasks of the problem's Family: a few, and many among the slow tests."""
-    return solved if request.param == FEW else _solved(family_problem, request.param)
+    return solved if request.param == FEW else _solved(family_problem.name, request.param)
 
 
-def _solved(problem: DesignProblem, n: int) -> Solutions:
-    n = n // DEAR if problem.declared.starts else n
+@cache  # pytest makes a fixture of parameters anew in each file
+def _solved(name: str, n: int) -> Solutions:
+    own = declaration(name)
+    problem = mechanisms.family_problem(name) if own.family else pkm_gym.make_problem(name)
+    n = n // DEAR if own.starts else n
     return solve_tasks(problem, problem.draw_tasks(n, np.random.default_rng(2010)))
 
 

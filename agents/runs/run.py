@@ -79,6 +79,24 @@ class Run:
             (self.folder / VALIDATION).unlink(missing_ok=True)
         self.state()
 
+    @contextmanager
+    def begun(self) -> Iterator[None]:
+        """Write run.json; if the run is refused before it keeps anything else, take it away again.
+
+        Raises:
+            ValueError: as ``write``, and what the run is refused for.
+        """
+        new = not self.folder.exists()
+        self.write()
+        try:
+            yield
+        except ValueError:
+            if [file.name for file in self.folder.iterdir()] == [RUN]:
+                (self.folder / RUN).unlink()
+                if new:
+                    self.folder.rmdir()
+            raise
+
     @classmethod
     def read(cls, folder: Path) -> Self:
         """Return the run of a folder, as its run.json states it.

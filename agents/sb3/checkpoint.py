@@ -53,7 +53,8 @@ def load_checkpoint(model: Any, path: Path) -> dict[str, Any]:
     with restoring(path):
         for name in ("parameters", "variables"):
             check_finite(state[name], name)
-        model.set_parameters(state["parameters"])
+        # SB3 takes a text for the name of a file.
+        model.set_parameters(shaped(dict[str, Any], state["parameters"], "parameters"))
         with torch.no_grad():
             for name, value in state["variables"].items():
                 _find(model, name).copy_(value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import nullcontext
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -116,29 +117,29 @@ def command(
 def _train(run: Run, screen: Console, *, resume: bool, threads: int) -> tuple[float, str]:
     """Return the best score, and what it was measured on."""
     check_course(run.env_id, run.recipe, run.pool, run.validation)
-    if not resume:
-        run.write()
-    course: Course[Any] = course_for(
-        run.env_id, run.recipe, run.folder, pool=run.pool, validation=run.validation, screen=screen
-    )
-    if resume:
-        run.state()  # it may be longer now
-    import torch
+    with nullcontext() if resume else run.begun():
+        course: Course[Any] = course_for(
+            run.env_id, run.recipe, run.folder, pool=run.pool, validation=run.validation,
+            screen=screen,
+        )  # fmt: skip
+        if resume:
+            run.state()  # it may be longer now
+        import torch
 
-    from pkm_gym.agents.runs.trainer import Stopped, trainer_for
+        from pkm_gym.agents.runs.trainer import Stopped, trainer_for
 
-    torch.set_num_threads(threads)
-    try:
-        with _bar(screen) as bar, interruptible(stop := threading.Event()):
-            line = bar.add_task("", total=run.recipe.steps, score="")
-            trainer = trainer_for(run, course, partial(_show, bar, line), stop.is_set)
-            return trainer.train(resume=resume), course.goal
-    except Stopped:
-        screen.print(
-            f"kept in {run.folder}: `pkm-gym train {run.folder} --resume` goes on",
-            soft_wrap=True,
-        )
-        raise typer.Exit(INTERRUPTED) from None
+        torch.set_num_threads(threads)
+        try:
+            with _bar(screen) as bar, interruptible(stop := threading.Event()):
+                line = bar.add_task("", total=run.recipe.steps, score="")
+                trainer = trainer_for(run, course, partial(_show, bar, line), stop.is_set)
+                return trainer.train(resume=resume), course.goal
+        except Stopped:
+            screen.print(
+                f"kept in {run.folder}: `pkm-gym train {run.folder} --resume` goes on",
+                soft_wrap=True,
+            )
+            raise typer.Exit(INTERRUPTED) from None
 
 
 def _bar(screen: Console) -> Progress:

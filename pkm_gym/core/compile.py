@@ -25,6 +25,7 @@ import numpy as np
 from numba.core import event
 
 from pkm_gym.core import cache
+from pkm_gym.core.names import check_known
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -36,6 +37,9 @@ threading_layer: Any = numba.threading_layer  # type: ignore[attr-defined]  # nu
 # and no "contract": of two kernels that hold the same helper, compiled with each, the process uses
 # the copy that it loaded first, so that the last bits would depend on what was called before.
 FLAGS = {"nsz", "arcp"}
+
+# What numba knows, by kind or by name.
+LAYERS = ("default", "safe", "threadsafe", "forksafe", "tbb", "omp", "workqueue")
 
 # Below this much work, in microseconds, starting threads costs more than it saves.
 SERIAL_WORK = 200.0
@@ -62,6 +66,7 @@ def _layer() -> str:
         return str(threading_layer())
     except ValueError:  # none runs
         asked = str(config.THREADING_LAYER).lower()
+        check_known("threading layer of numba", [asked], LAYERS)
     loaded = asked not in ("workqueue", "omp") and _load_tbb()
     if asked == "default":
         asked = config.THREADING_LAYER = "tbb" if loaded else "workqueue"

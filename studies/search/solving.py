@@ -83,7 +83,8 @@ class Job:
         )
 
     def _check_owner(self, content: Mapping[str, Any]) -> None:
-        tasks, command = content.get("tasks", self.tasks[:0]), str(content["command"])
+        tasks = np.atleast_1d(content.get("tasks", self.tasks[:0]))
+        command = str(content["command"])
         same = np.array_equal(tasks, self.tasks[: len(tasks)])
         if (str(content["hash"]), command) != (self.problem.hash(), self.command) or not same:
             raise ValueError(

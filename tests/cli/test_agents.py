@@ -82,6 +82,9 @@ def test_a_model_is_lengthened_by_its_updates(run, refused, tmp_path):
              "algorithm.width=4")  # fmt: skip
     sentence = refused(*(few if word == pool else word for word in words), "algorithm.updates=20")
     assert "the pool has 4 solvable tasks: interpolation needs" in sentence
+    sentence = refused(*(63 if word == 64 else word for word in words), "algorithm.updates=20")
+    assert "steps is 63: 32 solved tasks need at least 64" in sentence
+    assert not Path("m").exists()
     result = run(*words, "algorithm.updates=20")
     assert result.exit_code == 0, result.stderr
     assert run("train", "m", "--resume", "--set", "algorithm.updates=30").exit_code == 0

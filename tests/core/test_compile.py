@@ -135,6 +135,17 @@ def test_the_layer_that_the_user_asks_for_runs(run: Run, asked: str) -> None:
     assert layer(run, BATCH + THREADS, NUMBA_THREADING_LAYER=asked) == asked.lower()
 
 
+def test_a_layer_that_numba_does_not_know_is_refused_in_one_sentence() -> None:
+    code = "import pkm_gym; pkm_gym.make_problem('diamond')"
+    environment = {**os.environ, "NUMBA_THREADING_LAYER": "omb"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stderr.splitlines()[-1] == (
+        "ValueError: unknown threading layer of numba 'omb'; did you mean 'omp'?"
+    )
+
+
 @pytest.mark.parametrize("before", [CHOSEN, RUNNING], ids=["chosen", "running"])
 def test_the_layer_that_a_program_has_chosen_runs(run: Run, before: str) -> None:
     assert layer(run, before + BATCH + THREADS) == "workqueue"

@@ -45,7 +45,7 @@ def test_stable_baselines3_accepts_random_starts(shifted):
 
 
 @pytest.mark.usefixtures("window")
-@pytest.mark.parametrize("mode", [None, "rgb_array", "human"])
+@pytest.mark.parametrize("mode", [None, "rgb_array", pytest.param("human", marks=pytest.mark.slow)])
 def test_both_accept_every_way_of_rendering(fixed_id, make, mode):
     env = make(fixed_id, render_mode=mode)
     check_env(env)

@@ -143,8 +143,9 @@ def test_what_a_family_declares_stands_in_its_id_and_is_looked_up_where_it_does_
 def test_an_unknown_argument_is_answered_with_all_that_are_known(make, kind, more, problem):
     if kind and problem.declared.motion is None:
         pytest.skip("it has no twin")
+    env_id = motion_id(problem.declared) if kind else f"PKM/{problem.declared.environment}-v0"
     with pytest.raises(ValueError, match="unknown argument 'zzzzzz'; known: ") as refusal:
-        make(f"PKM/{problem.declared.environment}{kind}-v0", zzzzzz=1)
+        make(env_id, zzzzzz=1)
     known = set(str(refusal.value).partition("known: ")[2].split(", "))
     options = {item.name for item in problem.options_type.table()}
     assert known >= more | options | {"task", "objective", "free", "fixed", "bounds"}

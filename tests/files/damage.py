@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import tomli_w
+import torch
 
 WRONG = (None, True, -1, 10**400, float("nan"), float("inf"), "x", [], [[]], {}, {"x": {}})
 FLIPS, CUTS = 6, 4
@@ -58,6 +59,12 @@ def as_npz(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
+def as_tensors(table: Any) -> bytes:
+    file = io.BytesIO()
+    torch.save(table, file)
+    return file.getvalue()
+
+
 def arrays_of(arrays: dict[str, np.ndarray]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield arrays with one less, or one of another shape, type or with NaN."""
     for name, array in arrays.items():
@@ -88,6 +95,9 @@ def of_file(path: Path, rng: np.random.Generator) -> Iterator[tuple[str, bytes]]
     elif path.suffix == ".json":
         table = json.loads(content)
         yield from ((said, as_json(t)) for said, t in [*tables_of(table), ("a list", [table])])
+    elif path.suffix == ".pt":
+        table = torch.load(path, weights_only=True)
+        yield from ((said, as_tensors(t)) for said, t in tables_of(table))
     elif path.suffix in (".npz", ".part"):
         with np.load(path) as archive:
             arrays = dict(archive)

@@ -17,8 +17,12 @@ import pytest
 import pkm_gym
 from pkm_gym.agents.designers.files import read_designer
 from pkm_gym.agents.designers.library import shipped
+from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import read_recipe
-from pkm_gym.agents.runs.run import Run
+from pkm_gym.agents.runs.run import CHECKPOINT, Run
+from pkm_gym.agents.sb3.checkpoint import load_checkpoint, save_checkpoint
+from pkm_gym.agents.sb3.models import load_model
+from pkm_gym.agents.sb3.trainer import make_model
 from pkm_gym.benchmark.run import run, setting
 from pkm_gym.benchmark.splits import FOLDER, MANIFEST, manifest
 from pkm_gym.benchmark.standings import standings
@@ -158,9 +162,38 @@ def _journal(tmp: Path) -> Kind:
     return Kind(path, lambda: study_names(open_storage(str(path), create=False)))
 
 
+def _database(tmp: Path) -> Kind:
+    path = tmp / "a.db"
+    search(pkm_gym.make_problem("spr3"), sampler="random", trials=2, storage=f"sqlite:///{path}")
+    return Kind(path, lambda: study_names(open_storage(f"sqlite:///{path}", create=False)))
+
+
+def _untrained(tmp: Path) -> Any:
+    """Return a small model of SB3's, with the environment that it plans in."""
+    few = ("envs=2", "policy.net_arch=[4]", "algorithm.n_steps=12", "algorithm.batch_size=24")
+    recipe = read_recipe("ppo", "PKM/Diamond-v0", settings=few, steps=48)
+    made = Run("PKM/Diamond-v0", "ppo", 0, recipe, None, None, tmp / "run")
+    course = design_course(made.env_id, recipe, made.folder, pool=None, validation=None)
+    model = make_model(made, course)
+    model._setup_learn(48)
+    return model
+
+
+def _checkpoint(tmp: Path) -> Kind:
+    model, path = _untrained(tmp), tmp / CHECKPOINT
+    save_checkpoint(model, path, best=0.5)
+    return Kind(path, lambda: load_checkpoint(model, path))
+
+
+def _model(tmp: Path) -> Kind:
+    path = tmp / "model.zip"
+    _untrained(tmp).save(path)
+    return Kind(path, lambda: load_model(str(path), trust=True, env_id="PKM/Diamond-v0"))
+
+
 KINDS = (
     _design, _reference, _calibration, _manifest, _pool, _older_pool, _part, _log, _leaderboard,
-    _recipe, _run, _designer, _weights, _journal,
+    _recipe, _run, _designer, _weights, _journal, _database, _checkpoint, _model,
 )  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def test_each_figure_is_drawn(mechanism, name):
 
 def test_the_intervals_show_the_optima_and_the_active_bound(model, monkeypatch):
     optima = model.reference.optima
-    monkeypatch.setattr(diamond, "SCAN", np.array([0.2, 0.6, 0.7]))
+    monkeypatch.setattr(diamond, "SWEPT", np.array([0.2, 0.6, 0.7]))
     printed = diamond.intervals(model).axes[0]
     curves = {line.get_label(): line.get_ydata() for line in printed.lines}
     assert list(np.isfinite(curves["[0.6, 1.5]"])) == [True, True, False]

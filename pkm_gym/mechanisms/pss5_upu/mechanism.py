@@ -31,6 +31,13 @@ from pkm_gym.mechanisms.pss5_upu.kinematics import LIMBS, PER_LIMB, home_height,
 
 SQUARE = math.pi / 2.0
 LOCAL_NAMES = ("K_v", "K_w", "K_lambda", "K_eta")
+WORDS = {  # what they are at a pose
+    "K_v": "s3 / s1 of J_v",
+    "K_w": "s2 / s1 of J_w",
+    "K_lambda": "least input transmission of a limb",
+    "K_eta": "least output transmission of a limb",
+    "gti": "least transmission of a limb, in or out",
+}
 
 
 def singular_values(matrices: FloatArray) -> FloatArray:
@@ -269,7 +276,7 @@ class Pss5Upu(Mechanism):
         lti = np.minimum(local["K_lambda"], local["K_eta"])
         least = np.moveaxis(self.clearances(pose), -1, 0)
         sliders = self.inverse_kinematics(pose)
-        means = {name: IndexMap(name, "", "mean", values) for name, values in local.items()}
+        means = {name: IndexMap(name, "", "mean", local[name], doc=WORDS[name]) for name in local}
         extremes: Mapping[str, tuple[str, str, FloatArray]] = {
             "lti_min": ("", "min", lti),
             "rcond": ("", "min", self.rcond(pose)),
@@ -289,7 +296,7 @@ class Pss5Upu(Mechanism):
             name: IndexMap(name, unit, kind, values, drawn=False)  # type: ignore[arg-type]
             for name, (unit, kind, values) in extremes.items()
         }
-        return {**means, "gti": IndexMap("gti", "", "mean", lti), **limits}
+        return {**means, "gti": IndexMap("gti", "", "mean", lti, doc=WORDS["gti"]), **limits}
 
     def vertical_force(self, pose: FloatArray) -> FloatArray:
         """Return the largest force (...) of a slider per vertical load on the platform's centre.

@@ -102,6 +102,7 @@ def model_of(machine: Pss5Upu) -> Model:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_means_are_those_of_the_models(name: str) -> None:
     problem = problem_of(name, sampling="coarse")
@@ -126,6 +127,7 @@ def test_the_nodes_are_half_of_all() -> None:
     assert every == set(itertools.product((-1.0, 0.0, 1.0), repeat=5))
 
 
+@pytest.mark.slow
 def test_finer_nodes_are_five_levels_and_never_allow_more() -> None:
     """Between three levels some random feasible designs are singular: machines aren't of those."""
     fine = problem_of("pss5_upu_skew", sampling="coarse", nodes="fine")
@@ -148,6 +150,7 @@ def test_finer_nodes_are_five_levels_and_never_allow_more() -> None:
     assert np.ptp(np.sign(np.linalg.det(machine.system(machine.in_box(unit))))) == 2.0
 
 
+@pytest.mark.slow
 def test_extremes_at_the_nodes_are_the_models() -> None:
     problem = problem_of("pss5_upu_skew", sampling="coarse")
     evaluation = problem.evaluate(design_of(GOOD))

@@ -27,7 +27,13 @@ def far_and_near(problem: DesignProblem, n: int) -> FloatArray:
     return np.concatenate([far, best + 10.0 ** generator.uniform(-4.0, 0.0, (n, 1)) * (far - best)])
 
 
-@pytest.mark.parametrize("name", pkm_gym.problems())
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if declaration(name).starts else [])
+        for name in pkm_gym.problems()
+    ],
+)
 def test_what_is_declared_is_what_is_measured(name: str) -> None:
     problem = pkm_gym.make_problem(name, **declaration(name).coarse)
     declared = problem.objectives[0]
