@@ -58,10 +58,15 @@ class Dimensions:
         self.settled = {name: float(getattr(self.problem.task, name)) for name in changes}
 
     def of(self, full: FloatArray) -> FloatArray:
-        """Return the coordinates (k,) of a complete design."""
-        derived = self.problem.derived(full) if self._derived else {}
-        named = self.problem.named(full)
-        return np.array([derived[n].value if n in derived else named[n] for n in self.names])
+        """Return the coordinates (k,) of a complete design.
+
+        Raises:
+            ValueError: for one that makes no machine.
+        """
+        self.problem.mechanism(full)
+        known = {name: value for name, (value, _) in self.problem.derived(full).items()}
+        known = self.problem.named(full) | known
+        return np.array([known[name] for name in self.names])
 
     def designs(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the complete designs (n, all variables) of points (n, k), and their tasks (n, m).
