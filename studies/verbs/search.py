@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from pkm_gym.core.evaluation import Evaluation
-from pkm_gym.core.problem import DesignProblem
-from pkm_gym.studies.buildable.dimensions import Dimensions
-from pkm_gym.studies.buildable.lattice import by_dimension
-from pkm_gym.studies.buildable.robust import RobustProblem
-from pkm_gym.studies.buildable.robust import robust as robust_problem
+from pkm_gym.studies.buildable.robust_search import robust_from, show_robust
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
@@ -33,11 +27,11 @@ from pkm_gym.studies.cli.options import (
 )
 from pkm_gym.studies.cli.runs import file_name, own_command, redacted
 from pkm_gym.studies.cli.tasks import task_folder
-from pkm_gym.studies.cli.terminal import BAD, FAINT, console, table
+from pkm_gym.studies.cli.terminal import BAD, FAINT, console
 from pkm_gym.studies.report.answer import hand_over
 from pkm_gym.studies.report.rows import rich_table, rows_beside_paper
 from pkm_gym.studies.search.polish import told_optimum
-from pkm_gym.studies.search.samplers import HIGHER, SAMPLERS
+from pkm_gym.studies.search.samplers import SAMPLERS
 from pkm_gym.studies.search.search import TRIALS, SearchResult, search, search_bar
 
 
@@ -95,9 +89,7 @@ def command(
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
     asked = problem_from(name, set_, fix, range_, objective, free, file=design)
-    problem = robust_from(asked, robust, sigma or ())
-    if problem is not asked and sampler in HIGHER:
-        raise ValueError(f"the sampler {sampler} knows nothing of errors: choose another one")
+    problem = robust_from(asked, robust, sigma or (), sampler)
     if problem is not asked:
         study_name = study_name or f"{problem.name}-{sampler}-robust"
     check_memory("--trials", trials, TRIAL)
@@ -137,19 +129,9 @@ def command(
     screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
 
 
-def robust_from(problem: DesignProblem, share: float | None, sigma: Sequence[str]) -> DesignProblem:
-    """Return the problem that ``--robust`` and ``--sigma`` make of one, itself without them."""
-    if share is None:
-        if sigma:
-            raise ValueError("--sigma needs --robust: the share of machines that must hold limits")
-        return problem
-    units = Dimensions(problem, problem.printed_design()).units
-    return robust_problem(problem, by_dimension(units, sigma, "--sigma"), share)
-
-
 def show(screen: Console, result: SearchResult) -> None:
     """Print what a search found beside the paper's numbers, and where it is."""
-    best = result.best
+    best, study = result.best, result.study
     problem = best.problem
     optimum = told_optimum(screen, problem)
     rows = rows_beside_paper(best, f"best, trial {result.trial}", optimum)
@@ -158,40 +140,7 @@ def show(screen: Console, result: SearchResult) -> None:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)
         screen.print(best.explain(0), style=BAD)
     if len(problem.objectives) > 1:
-        screen.print(f"{len(result.study.best_trials)} designs on the Pareto front")
-    _show_study(screen, result)
-
-
-def show_robust(screen: Console, result: SearchResult, nominal: Evaluation) -> None:
-    """Print what a robust search found, beside the optimum without errors."""
-    own = result.best.problem
-    assert isinstance(own, RobustProblem)
-    assert own.errors is not None
-    optimum = told_optimum(screen, nominal.problem)
-    first, share = own.objectives[0], f"{100.0 * own.errors.share:g} %"
-    heads = ["without errors", f"of {share}", "yield"]
-    rows = table(first.name, *heads, "feasible", numbers=heads)
-    known = [] if optimum is None else [(optimum.name, nominal.problem.design(optimum.design))]
-    for what, design in [*known, (f"best, trial {result.trial}", nominal.designs[0])]:
-        told = own.evaluate(design[None])
-        plain = nominal.problem.evaluate(design[None])
-        values = (f"{float(e.objectives[0, 0]):.6g}" for e in (plain, told))
-        held = f"{100.0 * own.yields(design[None])[0]:.1f} %"
-        rows.add_row(what, *values, held, "yes" if told.feasible[0] else "no")
-    screen.print(rows)
-    side = "at most" if first.sign > 0.0 else "at least"
-    screen.print(
-        f"of {share}: {first.name} is {side} that in so many of the machines that hold every "
-        f"limit; feasible: so many hold them; {own.errors.words}",
-        style=FAINT,
-    )
-    if not result.best.feasible[0]:
-        screen.print("no design was found of which so many machines are feasible", style=BAD)
-    _show_study(screen, result)
-
-
-def _show_study(screen: Console, result: SearchResult) -> None:
-    study = result.study
+        screen.print(f"{len(study.best_trials)} designs on the Pareto front")
     if result.note:
         screen.print(result.note, style=FAINT)
     screen.print(
