@@ -12,7 +12,7 @@ from pkm_gym.studies.buildable.dimensions import Dimensions
 from pkm_gym.studies.buildable.lattice import EXACT, Axis, grid_of, values_of
 from pkm_gym.studies.buildable.relaxed import relaxed
 
-MOST = 60_000  # lattice points that are looked at
+MOST = 60_000  # lattice points that are looked at, more where more may be evaluated
 REACH = 40  # steps
 BATCH = 512
 ROOMS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3)  # to limits, that a refinement tries: limits have kinks
@@ -35,14 +35,14 @@ class Window:
         self._dimensions, self._axes, self._centre = dimensions, own, centre
         self._held, self._report, self._slack = held, report, _slack(dimensions, own, centre, held)
         self._low, self._high = dimensions.box()
-        self._spent = 0
+        self._spent, self._looked = 0, MOST
         self.best: Numbers | None = None
         self.rank = (True, np.inf)
         self.reach = self.examined = self.window = 0
 
     def run(self, most: int, spent: int) -> None:
         """Evaluate whole rings up to half of ``most`` designs, then the most promising farther."""
-        self._spent = spent
+        self._spent, self._looked = spent, max(MOST, 2 * most)
         rings: list[Numbers] = []
         for reach in range(1, REACH + 1):
             numbers = self._ring(reach)
@@ -123,7 +123,7 @@ class Window:
     def _ring(self, reach: int) -> Numbers | None:
         """Return the numbers (n, k) of the points that a reach adds, None if there are too many."""
         near = [self._near(k, reach) for k in range(len(self._axes))]
-        numbers = grid_of(near, MOST)
+        numbers = grid_of(near, self._looked)
         if numbers is None or reach == 1:
             return numbers
         inner = [self._near(k, reach - 1) for k in range(len(self._axes))]

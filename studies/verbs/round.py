@@ -102,17 +102,18 @@ def show(screen: Console, start: Start, axes: Lattice, found: Rounded) -> None:
         rows.add_row(name, before, after, converted(0.0, found.units[name])[1], words)
     screen.print(rows)
     first = start.problem.objectives[0]
-    values = [show_value(e.objectives[0, 0], first.unit) for e in (found.start, found.best)]
+    before, after = (show_value(e.objectives[0, 0], first.unit) for e in (found.start, found.best))
     cost = 100.0 * found.cost
-    verdict = f": {abs(cost):.3g} % {'worse' if cost > 0.0 else 'better'}"
-    words = f"\n{first.name} {values[0]} before, {values[1]} as built"
+    verdict = f", {abs(cost):.3g} % {'worse' if cost > 0.0 else 'better'}"
+    words = f"\n{first.name} {before}, as built {after}"
     screen.print(words + (verdict if isfinite(cost) else ""))
     for name, (asked, now) in settled_by(start.problem, found.best.problem.task).items():
         unit = next(v.unit for v in start.problem.task_variables if v.name == name)
         settled, wanted = show_value(now, unit), show_value(asked, unit)
         screen.print(f"the dimensions set task.{name} = {settled}, not {wanted}")
     farther = found.examined - found.window
-    what = f"the best of all {found.window:,} points within {found.reach} steps"
+    steps = "1 step" if found.reach == 1 else f"{found.reach} steps"
+    what = f"the best of all {found.window:,} points within {steps}"
     screen.print(f"{what} and {farther:,} farther off" if farther else what, soft_wrap=True)
     if not found.best.feasible[0]:
         screen.print("none of them is feasible: choose finer steps; this one breaks", style=BAD)
