@@ -32,6 +32,15 @@ VERBS = {
     "grid": (f"{STUDIES}.grid:command", "Evaluate a grid: the paper's, or ours."),
     "search": (f"{STUDIES}.search:command", "Search the design space with Optuna."),
     "polish": (f"{STUDIES}.polish:command", "Refine a design to the optimum near it."),
+    "round": (
+        f"{STUDIES}.round:command",
+        "Round a design to dimensions that can be built.",
+    ),
+    "tolerance": (f"{STUDIES}.tolerance:command", "Build a design with errors: the yield."),
+    "sensitivity": (
+        f"{STUDIES}.sensitivity:command",
+        "Tell what dimensions and limits are worth.",
+    ),
     "compare": (
         f"{STUDIES}.compare:command",
         "Compare searches with the paper's optimum.",
@@ -81,6 +90,7 @@ VERBS = {
 
 # module -> the extra that brings it
 EXTRAS = {
+    "SALib": "studies",
     "cmaes": "studies",
     "imageio": "movies",
     "imageio_ffmpeg": "movies",
@@ -186,13 +196,13 @@ def _load(verb: str) -> Any:
 
 
 def _spread(args: list[str], flags: set[str]) -> list[str]:
-    """Return ``--set a=1 b=2`` as ``--set a=1 --set b=2``."""
+    """Return ``--set a=1 b=2`` as ``--set a=1 --set b=2``, and so ``--to 1mm b=2mm``."""
     spread: list[str] = []
     flag = ""
     for at, argument in enumerate(args):
         if argument.partition("=")[0] in flags:
             flag = argument.partition("=")[0]
-        elif argument.startswith("-") or "=" not in argument:
+        elif argument.startswith("-") or ("=" not in argument and args[at - 1] != flag):
             flag = ""
         elif flag and args[at - 1] != flag:
             spread.append(flag)

@@ -114,6 +114,15 @@ class Evaluation:
             self.unreached, feasible, log_merit,
         )  # fmt: skip
 
+    def standing_for(
+        self, problem: DesignProblem, designs: FloatArray, rows: npt.NDArray[np.intp]
+    ) -> Evaluation:
+        """Return rows (n,) of it as what a problem says of designs (n, d) of its own task."""
+        return Evaluation(
+            problem, designs, problem.pack(None)[None], self._table[rows], self.constraints[rows],
+            self.defined[rows], self.unreached[rows], self.feasible[rows], self.log_merit[rows],
+        )  # fmt: skip
+
     @classmethod
     def joined(cls, parts: Sequence[Evaluation]) -> Evaluation:
         """Return evaluations of one problem and one task as one, in their order."""

@@ -100,6 +100,16 @@ ObjectiveOption: TypeAlias = Annotated[
     ),
 ]
 
+SigmaOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIZE|NAME=SIZE ...",
+        help="Standard deviation of the errors of all lengths (0.1mm), of all angles (0.05deg), or "
+        "of one dimension (l1=0.1mm); repeat it for several.",
+        show_default=False,
+    ),
+]
+
 PictureOption: TypeAlias = Annotated[
     Path | None,
     typer.Option(

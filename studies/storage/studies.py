@@ -24,6 +24,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, show, span
 from pkm_gym.studies import create_study
+from pkm_gym.studies.buildable.robust import words_of
 from pkm_gym.studies.storage.storages import study_names
 
 LIBRARIES = ("pkm_gym", "optuna", "numpy", "numba")
@@ -101,6 +102,7 @@ def _identity(problem: DesignProblem, values: Values) -> dict[str, Any]:
         "options": {k: x for k, x in _plain(problem.options).items() if x is not None},
         "task": _plain(problem.task),
         "values": values,
+        "robust": words_of(problem),
         "hash": problem.hash(),
     }
 

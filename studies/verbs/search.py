@@ -9,6 +9,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from pkm_gym.studies.buildable.robust_search import (
+    robust_from,
+    robust_rows,
+    robust_told,
+    show_robust,
+)
 from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.bounds import TRIAL, check_memory
 from pkm_gym.studies.cli.options import (
@@ -22,6 +28,7 @@ from pkm_gym.studies.cli.options import (
     RangeOption,
     SeedOption,
     SetOption,
+    SigmaOption,
     StorageOption,
     TrialsOption,
     study_name_option,
@@ -64,6 +71,16 @@ def command(
             "several.",
         ),
     ] = None,
+    robust: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Answer for this share of the machines that are built with the errors of --sigma: "
+            "their quantile of the objective, and the yield as a limit.",
+            show_default=False,
+        ),
+    ] = None,
+    sigma: SigmaOption = None,
     batch: Annotated[
         int, typer.Option(metavar="N", min=1, help="Designs asked for and evaluated at once.")
     ] = 1,
@@ -83,7 +100,10 @@ def command(
 
     Example: pkm-gym search diamond --sampler cmaes --trials 300 --set task.payload=1kg
     """
-    problem = problem_from(name, set_, fix, range_, objective, free, file=design)
+    asked = problem_from(name, set_, fix, range_, objective, free, file=design)
+    problem = robust_from(asked, robust, sigma or (), sampler)
+    if problem is not asked:
+        study_name = study_name or f"{problem.name}-{sampler}-robust"
     check_memory("--trials", trials, TRIAL)
     check_memory("--batch", batch, TRIAL)
     out = Output(as_json, csv)
@@ -111,20 +131,26 @@ def command(
             soft_wrap=True,
         )
         raise KeyboardInterrupt
-    rows = _rows(out, result)
-    show(screen, result, rows)
-    path = task_folder(problem) / file_name(f"{result.study.study_name}.toml")
-    hand_over(screen, result.best, path)
+    best = result.best if problem is asked else asked.evaluate(result.best.designs)
+    if problem is asked:
+        rows = _rows(out, result)
+        show(screen, result, rows)
+        content = told(problem, rows)
+    else:
+        machines = robust_rows(out.bars, result, best)
+        show_robust(screen, result, machines)
+        content = robust_told(result, best, machines)
+    path = task_folder(asked) / file_name(f"{result.study.study_name}.toml")
+    hand_over(screen, best, path)
     out.give(
-        told(
-            problem,
-            rows,
-            study=result.study.study_name,
-            storage=redacted(result.storage),
-            trials=result.finished,
-            trial=result.trial,
-            **handed_over(result.best, path),
-        )
+        {
+            **content,
+            "study": result.study.study_name,
+            "storage": redacted(result.storage),
+            "trials": result.finished,
+            "trial": result.trial,
+            **handed_over(best, path),
+        }
     )
     screen.print(f"{time.monotonic() - began:.1f} s", style=FAINT)
 

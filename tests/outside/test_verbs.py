@@ -80,6 +80,14 @@ def test_grid_has_the_steps_that_the_variables_declare(run):
     assert (RUNS / "grid.nc").is_file()
 
 
+def test_an_optimum_is_made_buildable(run):
+    assert "feasible: every limit holds" in run("round", WHERE, "--to", "10mm")
+    assert "yield " in run("tolerance", WHERE, "--sigma", "1mm", "--samples", "64")
+    assert "What 1 % more is worth" in run("sensitivity", WHERE)
+    text = run("search", WHERE, "--robust", "0.8", "--sigma", "1mm", "--trials", "4")
+    assert "study: biglide-tpe-robust" in text
+
+
 def test_search_and_polish(run, searched):
     assert "study: biglide-tpe in runs/biglide/studies.journal, 6 trials" in searched
     text = run("polish", WHERE)

@@ -1,0 +1,1 @@
+"""From an optimum to a machine that is built: lattices, tolerances, sensitivities, margins."""
