@@ -68,7 +68,7 @@ def cycle_drives(
     if not (has_dynamics(machine) and problem.cycle(problem.task)):
         raise ValueError(
             f"{problem.name} has no dynamics (nothing says what its bodies weigh), only statics: "
-            "`pkm-gym evaluate` with --load shows what its drives hold of a load"
+            "evaluate it with --load to see what its drives hold of a load"
         )
     chosen = problem.task if task is None else problem.task_type.of(task)
     return drives_along(machine, twin_module(machine).course(machine, samples, chosen))
