@@ -73,7 +73,7 @@ def test_the_command_that_is_printed_has_the_motor_in_it(run, name):
 def test_without_dynamics_only_statics_is_offered(refused, name):
     said = refused("motors", name)
     assert said.startswith(f"{name} has no dynamics")
-    assert "only statics: `pkm-gym evaluate` with --load" in said
+    assert "only statics: evaluate it with --load" in said
 
 
 @pytest.mark.parametrize("name", DYNAMIC[:1])
