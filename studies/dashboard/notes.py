@@ -12,6 +12,7 @@ from optuna_dashboard import get_note, save_note, save_plotly_graph_object  # ty
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import show
+from pkm_gym.mechanisms import called
 from pkm_gym.studies.report.rows import (
     markdown,
     optimum_row,
@@ -61,10 +62,16 @@ def write_note(study: Study, best: Evaluation, name: str, pictures: list[str]) -
 
 def _sentences(problem: DesignProblem) -> Iterator[str]:
     """Say in words what is searched."""
-    first = problem.objectives[0]
     docs = {index.name: index.doc for index in problem.index_table}
-    unit = f" ({first.unit})" if first.unit else ""
-    yield f"{first.direction.capitalize()} **{first.name}**{unit}, the {docs[first.name]}."
+    for objective in problem.objectives:
+        unit = f" ({objective.unit})" if objective.unit else ""
+        what = f"**{objective.name}**{unit}, the {docs[objective.name]}"
+        yield f"{objective.direction.capitalize()} {what}."
+    if len(problem.objectives) > 1:
+        yield (
+            f"The best design below is the best feasible one by {problem.objectives[0].name}; "
+            f"`pkm-gym pareto {called(problem)}` shows the front."
+        )
     space = [
         f"{v.name} {show(v.low, v.unit)} to {show(v.high, v.unit)} ({v.doc})"
         for v in problem.variables

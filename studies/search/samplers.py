@@ -24,6 +24,7 @@ MAKERS: dict[str, Callable[[int], BaseSampler]] = {
     "cmaes": lambda seed: samplers.CmaEsSampler(seed=seed, warn_independent_sampling=False),
     "gp": lambda seed: samplers.GPSampler(seed=seed, deterministic_objective=True),
     "nsga2": lambda seed: samplers.NSGAIISampler(seed=seed),
+    "nsga3": lambda seed: samplers.NSGAIIISampler(seed=seed),
     "qmc": lambda seed: samplers.QMCSampler(
         seed=seed, scramble=True, warn_independent_sampling=False
     ),
@@ -44,7 +45,7 @@ def check_sampler(name: str, objectives: int) -> None:
     """
     check_known("sampler", [name], SAMPLERS)
     if name in ("cmaes", "designer") and objectives > 1:
-        raise ValueError(f"{name} searches one objective: use tpe or nsga2 for several")
+        raise ValueError(f"{name} searches one objective: use tpe, nsga2 or nsga3 for several")
     if name == "gp" and find_spec("torch") is None:
         raise ValueError("the sampler gp needs torch: pip install 'pkm_gym[agents]'")
 

@@ -69,7 +69,8 @@ def search(
 
     Args:
         problem: what is searched, with its task.
-        sampler: "tpe", "cmaes", "gp", "nsga2", "qmc", "random", or "designer": a trained one.
+        sampler: "tpe", "cmaes", "gp", "nsga2", "nsga3", "qmc", "random", or "designer": a trained
+            one.
         trials: the target total.
         seed: of the sampler.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.

@@ -122,7 +122,7 @@ def test_cmaes_is_given_the_merit_and_answers_with_the_best_feasible_design(sear
     assert found.study.metric_names == ["merit"]
 
 
-@pytest.mark.parametrize("sampler", ["tpe", "nsga2"])
+@pytest.mark.parametrize("sampler", ["tpe", "nsga2", "nsga3"])
 def test_several_objectives_keep_their_values_and_the_answer_is_the_first_ones(searched, sampler):
     problem = pkm_gym.make_problem("diamond", objective=("tau_G", "condition"))
     found = searched(problem, sampler=sampler, trials=80)
