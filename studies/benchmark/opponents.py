@@ -75,7 +75,9 @@ def _value(trial: Trial, told: Told, view: View, values: Values) -> float:
         return float(np.exp(told.log_merit[0]))
     for name, value in zip(view.constraint_names, told.constraints[0], strict=True):
         trial.set_constraint(name, float(value))
-    return float(penalised(told.values, told.constraints, view.objective)[0])
+    sign, worst = view.objective.sign, view.objective.worst
+    width = float(told.constraints.shape[1])
+    return float(penalised(told.values, told.constraints, sign, worst, width)[0])
 
 
 def _optima(_name: str) -> list[Path]:

@@ -120,7 +120,7 @@ class Runner:
             self._keep_best(trials, evaluation)
         for i, trial in enumerate(trials):
             with self._claims.closing(trial):
-                values = score(trial, evaluation, i, self._values)
+                values = score(trial, evaluation, i, self._values, self._objective)
                 self.study.tell(trial, values, skip_if_finished=True)
         with self._lock:
             self.ran = True

@@ -15,8 +15,7 @@ from optuna.samplers import BaseSampler
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known, imported
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.trial import record, trial_attributes, trial_values
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.trial import TrialObjective, record, trial_attributes
 from pkm_gym.studies.storage.studies import Values
 
 MAKERS: dict[str, Callable[[int], BaseSampler]] = {
@@ -89,12 +88,13 @@ def values_for(sampler: str) -> Values:
     return "merit" if sampler == "cmaes" else "objectives"
 
 
-def score(trial: Trial, evaluation: Evaluation, i: int, values: Values) -> list[float]:
+def score(
+    trial: Trial, evaluation: Evaluation, i: int, values: Values, objective: TrialObjective
+) -> list[float]:
     """Return the values of the trial of design i; set its constraints and attributes."""
     if values == "objectives":
         record(trial, evaluation, i)
-        row: FloatArray = trial_values(evaluation)[i]
-        return [float(value) for value in row]
+        return [float(value) for value in objective.values(evaluation)[i]]
     for name, value in trial_attributes(evaluation, i).items():
         trial.set_user_attr(name, value)
     trial.set_user_attr("constraints", constraints_of(evaluation, i))
