@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -222,6 +222,23 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
     else:
         row = Row("paper, printed", printed.printed, design)
     return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
+
+
+def known_rows(problem: DesignProblem) -> list[Row]:
+    """Return the rows of the paper's design, with our model, and of the recorded optimum."""
+    known = recorded_optimum(problem)
+    optimum = optimum_row(problem, known) if known else None
+    return [*paper_rows(problem, optimum)[1:], *([optimum] if optimum else [])]
+
+
+def single_optima(problem: DesignProblem) -> list[Row]:
+    """Return the recorded optimum of each of several objectives alone, where there is one."""
+    rows = []
+    for objective in problem.objectives:
+        alone = problem.with_objectives(objective.name)
+        if known := recorded_optimum(alone):
+            rows.append(replace(optimum_row(alone, known), name=f"optimum of {objective.name}"))
+    return rows
 
 
 def rows_beside_paper(best: Evaluation, name: str, optimum: Row | None) -> list[Row]:
