@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pkm_gym.core.merit import LARGEST
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, show
 from pkm_gym.core.worst import Worst, declared_worst, worst_of
@@ -46,6 +47,30 @@ def penalised(
     share = width / constraints.shape[1]
     feasible = (constraints <= 0.0).all(axis=1)
     return np.where(feasible, values, worst + sign * share * violation)
+
+
+def descended_values(evaluation: Evaluation, worst: Worst) -> FloatArray:
+    """Return values (n,) that rank designs as merit does, in the first objective's own unit.
+
+    For a sampler that knows no constraints. A feasible design has its objective, another one what
+    the exact penalty of merit makes of it, pressed together beyond ``worst``; where nothing can be
+    evaluated, it is farther yet, the farther out of reach the more.
+    """
+    problem = evaluation.problem
+    first, far, wide = problem.objectives[0], float(worst.values[0]), float(worst.widths[0])
+    excess = np.maximum(evaluation.constraints, 0.0).sum(axis=1)
+    values = evaluation.objectives[:, 0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = np.exp(first.sign * problem.declared.penalty_weight * excess)
+        penalised = (first.offset + values) * made - first.offset
+        beyond = first.sign * (penalised - far) / wide
+    known = (evaluation.unreached <= 0.0) & (first.offset + values > 0.0)
+    out = np.maximum(evaluation.unreached, 0.0)
+    past = np.where(known, np.clip(beyond, 0.0, LARGEST), LARGEST)
+    share = np.where(evaluation.unreached > 0.0, 1.0 + out / (1.0 + out), past / (1.0 + past))
+    pressed = far + first.sign * wide * share
+    near = known & (beyond <= 0.0)
+    return np.where(evaluation.feasible, values, np.where(near, penalised, pressed))
 
 
 def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
@@ -109,6 +134,10 @@ class TrialObjective:
     def values(self, evaluation: Evaluation) -> FloatArray:
         """Return the values (n, k) of trials of the task; see ``trial_values``."""
         return trial_values(evaluation, None if evaluation.feasible.all() else self.worst)
+
+    def descended(self, evaluation: Evaluation) -> FloatArray:
+        """Return the values (n,) for a sampler without constraints; see ``descended_values``."""
+        return descended_values(evaluation, self.worst)
 
     def suggest(self, trial: Any) -> FloatArray:
         """Return the design (d,) that the trial's sampler proposes."""

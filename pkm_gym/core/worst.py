@@ -6,6 +6,7 @@ most. A study is of one task: its own worst is measured, on designs drawn in its
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ def declared_worst(problem: DesignProblem) -> Worst:
     return Worst(values, np.full(len(values), float(len(problem.constraint_names))))
 
 
+@lru_cache(maxsize=4)
 def worst_of(problem: DesignProblem, task: Task) -> Worst:
     """Return the worst of a task: the worst feasible value drawn, and their width beyond it.
 

@@ -119,16 +119,16 @@ def of_variables(evaluation: Evaluation) -> Iterator[tuple[str, Any]]:
     first = evaluation.problem.objectives[0]
     alone = evaluation.problem.with_objectives(first.name)
     study = feasible_study(alone.evaluate(evaluation.designs))
-    of = {"target_name": attribute_name(first.name, first.unit)}
-    figure = draw.plot_slice(study, **of)
+    name = attribute_name(first.name, first.unit)
+    figure = draw.plot_slice(study, target_name=name)
     figure.update_layout(title=f"{first.name} over each variable, feasible designs")
     yield SLICES, figure
     important = list(get_param_importances(study))
     if len(important) >= PAIR:
-        figure = draw.plot_contour(study, important[:PAIR], **of)
+        figure = draw.plot_contour(study, important[:PAIR], target_name=name)
         figure.update_layout(title=f"{first.name} over the two that matter most, feasible designs")
         yield CONTOUR, figure
-    figure = draw.plot_param_importances(study, **of)
+    figure = draw.plot_param_importances(study, target_name=name)
     figure.update_layout(title=f"what {first.name} depends on, among the feasible designs")
     yield IMPORTANCES, figure
 

@@ -24,9 +24,9 @@ OWN = "note"  # the user attribute that holds our note as it was written last
 READING = {
     "objectives": "An infeasible trial has a value that no feasible design reaches, the worse the "
     "more it breaks. The graphs below the dashboard's own show the feasible designs only.",
-    "merit": "The values are merits: about 1 at the task's optimum, smaller is better, infeasible "
-    "designs penalised. The graphs below the dashboard's own show the objective itself, of the "
-    "feasible designs.",
+    "penalised": "An infeasible trial's value is its objective with a penalty on what it breaks, "
+    "for a sampler that knows no constraints. The graphs below the dashboard's own show the "
+    "feasible designs only.",
 }
 
 

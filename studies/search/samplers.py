@@ -83,9 +83,9 @@ def sampler_for(
 def values_for(sampler: str) -> Values:
     """Return what a sampler's trials have as values.
 
-    CMA-ES ranks designs without looking at constraints, so it gets the merit.
+    CMA-ES ranks designs without looking at constraints, so they are penalised in its values.
     """
-    return "merit" if sampler == "cmaes" else "objectives"
+    return "penalised" if sampler == "cmaes" else "objectives"
 
 
 def score(
@@ -98,7 +98,7 @@ def score(
     for name, value in trial_attributes(evaluation, i).items():
         trial.set_user_attr(name, value)
     trial.set_user_attr("constraints", constraints_of(evaluation, i))
-    return [float(evaluation.merit[i])]
+    return [float(objective.descended(evaluation)[i])]
 
 
 def constraints_of(evaluation: Evaluation, i: int) -> dict[str, Any]:

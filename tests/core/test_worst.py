@@ -62,3 +62,19 @@ def test_the_scale_stands_for_an_optimum_where_none_was_drawn():
     worst = worst_of(problem, problem.task_type(l=0.52))
     assert worst.values == pytest.approx([2.0 * 48.3153 * 0.52, 2.0 * 2.053139], rel=1e-12)
     assert worst.widths == pytest.approx(0.5 * worst.values, rel=1e-12)
+
+
+def test_values_without_constraints_rank_as_merit_does(problem, paper, rng):
+    span, shape = problem.high - problem.low, (300, len(problem.low))
+    near = np.clip(paper.designs + 0.1 * span * rng.normal(size=shape), problem.low, problem.high)
+    far = problem.low + span * rng.random(shape)
+    evaluation = problem.evaluate(np.concatenate([paper.designs, near, far, far + 1e3]))
+    objective, sign = TrialObjective(problem, problem.task), problem.objectives[0].sign
+    values, merit = objective.descended(evaluation), evaluation.log_merit
+    feasible = evaluation.feasible
+    np.testing.assert_array_equal(values[feasible], evaluation.objectives[feasible, 0])
+    ranked = np.lexsort((sign * values, merit))
+    assert (np.diff(sign * values[ranked]) >= -1e-9 * np.abs(values[ranked]).max()).all()
+    worst = objective.worst
+    assert (sign * values <= sign * worst.values[0] + 2.0 * worst.widths[0]).all()
+    assert np.isfinite(values).all()

@@ -279,4 +279,4 @@ def test_a_study_without_a_feasible_design_has_an_empty_graph(searched):
     (graph,) = graphs().values()
     assert "0 of 4 trials" in json.dumps(graph)
     study = load_study(open_storage(default_storage("diamond")), "a")
-    assert "The values are merits" in get_note(study)
+    assert "its objective with a penalty on what it breaks" in get_note(study)

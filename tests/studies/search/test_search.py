@@ -8,6 +8,7 @@ import pytest
 from optuna.trial import FixedTrial, TrialState
 
 import pkm_gym
+from pkm_gym.core.merit import CAP
 from pkm_gym.core.worst import worst_of
 from pkm_gym.studies.search.samplers import MAKERS
 from pkm_gym.studies.search.search import search
@@ -106,11 +107,16 @@ def test_plain_optuna_searches_in_two_threads(diamond):
     assert study.best_value == evaluation.objectives[evaluation.best(), 0]
 
 
-def test_cmaes_is_given_the_merit_and_answers_with_the_best_feasible_design(searched, diamond):
+def test_cmaes_ranks_by_merit_in_the_objective_s_unit_and_answers_with_the_best(searched, diamond):
     found = searched(sampler="cmaes", trials=80)
     trials = finished(found.study)
     evaluation = diamond.evaluate(designs_of(found.study, diamond))
-    np.testing.assert_allclose([t.value for t in trials], evaluation.merit, rtol=1e-12)
+    values = np.array([t.value for t in trials])
+    feasible = evaluation.feasible
+    np.testing.assert_array_equal(values[feasible], evaluation.objectives[feasible, 0])
+    known = evaluation.log_merit < CAP
+    order, ranked = np.argsort(values[known]), np.argsort(evaluation.log_merit[known])
+    np.testing.assert_array_equal(order, ranked)
     assert not any(t.constraints for t in trials)
     for trial, row in zip(trials, evaluation.constraints, strict=True):
         assert list(trial.user_attrs["constraints"].values()) == pytest.approx(list(row))
@@ -120,7 +126,7 @@ def test_cmaes_is_given_the_merit_and_answers_with_the_best_feasible_design(sear
     feasible = np.flatnonzero(evaluation.feasible)
     best = feasible[np.argmin(evaluation.objectives[feasible, 0])]
     assert found.trial == trials[best].number
-    assert found.study.metric_names == ["merit"]
+    assert found.study.metric_names == ["tau_G"]
 
 
 @pytest.mark.parametrize("sampler", ["tpe", "nsga2", "nsga3"])

@@ -168,9 +168,9 @@ def test_a_study_of_another_problem_or_task_is_refused_untouched(searched, chang
     assert content(load_study(open_storage(JOURNAL), "a")) == kept
 
 
-def test_a_study_of_merits_is_not_continued_with_objectives(searched):
+def test_a_study_of_penalised_values_is_not_continued_with_objectives(searched):
     searched(trials=3, sampler="cmaes")
-    with pytest.raises(ValueError, match="values: merit there, objectives here"):
+    with pytest.raises(ValueError, match="values: penalised there, objectives here"):
         searched(sampler="tpe")
 
 
