@@ -13,6 +13,7 @@ from pkm_gym.core.scalar import Scalarisation
 from pkm_gym.core.units import parse
 from pkm_gym.mechanisms import problem_type
 from pkm_gym.studies.cli.arguments import assignments, problem_from
+from pkm_gym.studies.cli.design_file import write_design
 from pkm_gym.studies.cli.options import (
     DesignFileOption,
     FixOption,
@@ -27,6 +28,7 @@ from pkm_gym.studies.cli.options import (
     output_option,
     study_name_option,
 )
+from pkm_gym.studies.cli.runs import own_command
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.front.front import Front, front, objectives_searched
@@ -106,7 +108,8 @@ def command(
             point = _values(problem, "--reference", reference)
             found = front(problem, where, name=study_name, reference=point)
     ways = _ways(found, weights, tolerances, pca)
-    marks = marked(found, ways)
+    with screen.status(f"searching {problem.name} for what each way prefers"):
+        marks = marked(found, ways)
     _hand_over(found, marks, rows, output, picture, as_json)
     if not as_json:
         for way in ways:
@@ -136,8 +139,13 @@ def _hand_over(
         from pkm_gym.studies.front.picture import front_figure
 
         save(front_figure(found, marks), picture)
-    if not as_json:
-        console().print(f"table: {output}\npicture: {picture}", soft_wrap=True)
+    if as_json:
+        return
+    lines = [f"table: {output}", f"picture: {picture}"]
+    for mark in (mark for mark in marks if mark.kind == "preferred"):
+        path = task_folder(found.problem) / f"pareto-{mark.name}.toml"
+        lines.append(f"design, {mark.name}: {write_design(path, mark.evaluation, own_command())}")
+    console().print("\n".join(lines), soft_wrap=True)
 
 
 def _ways(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -91,7 +92,12 @@ def test_pareto_prints_draws_and_writes_the_front_and_what_is_preferred(narrow):
         assert word in result.output
     assert "3 of them shown, far from each other" in " ".join(result.output.split())
     assert "is a coin toss, and so are the weights" in result.output
-    lines = dict(line.split(": ") for line in result.output.splitlines() if "/pareto." in line)
+    lines = dict(line.split(": ") for line in result.output.splitlines() if "/pareto" in line)
+    again = narrow("evaluate", "diamond", "--design", lines["design, weighted"], "--json")
+    told = json.loads(again.stdout)
+    with Path(lines["table"]).open() as file:
+        (row,) = [row for row in csv.DictReader(file) if row["what"] == "weighted"]
+    assert told["indices"]["condition"] == float(row["condition"])
     assert Path(lines["table"]).read_text().startswith("what,study,trial,feasible,tau_G [N m/")
     assert Path(lines["picture"]).read_bytes().startswith(b"\x89PNG")
 
