@@ -45,6 +45,7 @@ VERBS = {
         f"{STUDIES}.compare:command",
         "Compare searches with the paper's optimum.",
     ),
+    "pareto": (f"{STUDIES}.pareto:command", "Show the front of several objectives."),
     "dashboard": (f"{STUDIES}.dashboard:command", "Open the studies in a browser."),
     "figures": (f"{STUDIES}.figures:command", "Draw the paper's figures with our model."),
     "design": (f"{AGENTS}.design:command", "Have a trained designer answer a task."),

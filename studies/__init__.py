@@ -12,13 +12,11 @@ if TYPE_CHECKING:
 __all__ = ["create_study"]
 
 
-def create_study(problem: DesignProblem, *, merit: bool = False, **arguments: Any) -> Study:
+def create_study(problem: DesignProblem, **arguments: Any) -> Study:
     """Return a new study in the directions of a problem's objectives.
 
     Args:
         problem: the design problem.
-        merit: whether its values are the merit, which is minimised, for a sampler that knows no
-            constraints.
         arguments: other ones of ``optuna.create_study``.
 
     Raises:
@@ -29,6 +27,5 @@ def create_study(problem: DesignProblem, *, merit: bool = False, **arguments: An
 
     if given := {"direction", "directions"} & arguments.keys():
         raise ValueError(f"{given.pop()} is what {problem.name} says: leave it out")
-    words = ("minimize",) if merit else problem.directions
-    directions = [StudyDirection[word.upper()] for word in words]
+    directions = [StudyDirection[word.upper()] for word in problem.directions]
     return optuna.create_study(directions=directions, **arguments)

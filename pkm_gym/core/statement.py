@@ -183,14 +183,26 @@ class ProblemStatement:
 
     def with_task(self, task: TaskLike, **options: Any) -> Self:
         """Return the same problem with another task, and other options if any are given."""
-        return type(self)(
-            task=self._task(task),
-            objective=[objective.name for objective in self.objectives],
-            free=self.variable_names,
-            fixed=self.fixed,
-            bounds={v.name: (v.low, v.high) for v in self.variables},
-            **{**asdict(self.options), **options},
-        )
+        return self._remade(task=self._task(task), **options)
+
+    def with_objectives(self, *names: str) -> Self:
+        """Return the same problem with other objectives.
+
+        Raises:
+            ValueError: for an unknown one, with its closest match, or one that comes twice.
+        """
+        return self._remade(objective=names)
+
+    def _remade(self, **changes: Any) -> Self:
+        own = {
+            "task": self.task,
+            "objective": [objective.name for objective in self.objectives],
+            "free": self.variable_names,
+            "fixed": self.fixed,
+            "bounds": {v.name: (v.low, v.high) for v in self.variables},
+            **asdict(self.options),
+        }
+        return type(self)(**{**own, **changes})
 
     def hash(self) -> str:
         """Return the sha256 of what the numbers depend on, never of library versions.

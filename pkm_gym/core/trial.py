@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pkm_gym.core.merit import LARGEST
 from pkm_gym.core.types import FloatArray
 from pkm_gym.core.units import converted, show
+from pkm_gym.core.worst import Worst, declared_worst, worst_of
 
 if TYPE_CHECKING:
     from pkm_gym.core.declaration import Objective
@@ -17,28 +20,57 @@ if TYPE_CHECKING:
     from pkm_gym.core.task import Task
 
 
-def trial_values(evaluation: Evaluation) -> FloatArray:
+def trial_values(evaluation: Evaluation, worst: Worst | None = None) -> FloatArray:
     """Return the values (n, k) of trials: objectives, made worse than any feasible one if not.
 
-    So the best trial by value is the answer.
+    So the best trial by value is the answer. ``worst`` is the declared one, which holds for every
+    legal task, if it isn't given.
     """
-    columns = zip(evaluation.objectives.T, evaluation.problem.objectives, strict=True)
+    problem = evaluation.problem
+    values, widths = worst or declared_worst(problem)
+    columns = zip(evaluation.objectives.T, problem.objectives, values, widths, strict=True)
     return np.stack(
-        [penalised(values, evaluation.constraints, objective) for values, objective in columns],
+        [penalised(x, evaluation.constraints, o.sign, far, wide) for x, o, far, wide in columns],
         axis=1,
     )
 
 
-def penalised(values: FloatArray, constraints: FloatArray, objective: Objective) -> FloatArray:
+def penalised(
+    values: FloatArray, constraints: FloatArray, sign: float, worst: float, width: float
+) -> FloatArray:
     """Return values (n,) of an objective, worse than any feasible one where constraints are broken.
 
-    Such a design gets the objective's ``worst``, made worse by a bounded measure of its violations
-    (n, c).
+    Such a design gets ``worst``, made worse by its violations (n, c): by less than ``width``.
     """
     excess = np.maximum(constraints, 0.0)
     violation = (excess / (1.0 + excess)).sum(axis=1)
+    share = width / constraints.shape[1]
     feasible = (constraints <= 0.0).all(axis=1)
-    return np.where(feasible, values, objective.worst + objective.sign * violation)
+    return np.where(feasible, values, worst + sign * share * violation)
+
+
+def descended_values(evaluation: Evaluation, worst: Worst) -> FloatArray:
+    """Return values (n,) that rank designs as merit does, in the first objective's own unit.
+
+    For a sampler that knows no constraints. A feasible design has its objective, another one what
+    the exact penalty of merit makes of it, pressed together beyond ``worst``; where nothing can be
+    evaluated, it is farther yet, the farther out of reach the more.
+    """
+    problem = evaluation.problem
+    first, far, wide = problem.objectives[0], float(worst.values[0]), float(worst.widths[0])
+    excess = np.maximum(evaluation.constraints, 0.0).sum(axis=1)
+    values = evaluation.objectives[:, 0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = np.exp(first.sign * problem.penalty_weight * excess)
+        penalised = (first.offset + values) * made - first.offset
+        beyond = first.sign * (penalised - far) / wide
+    known = (evaluation.unreached <= 0.0) & (first.offset + values > 0.0)
+    out = np.maximum(evaluation.unreached, 0.0)
+    past = np.where(known, np.clip(beyond, 0.0, LARGEST), LARGEST)
+    share = np.where(evaluation.unreached > 0.0, 1.0 + out / (1.0 + out), past / (1.0 + past))
+    pressed = far + first.sign * wide * share
+    near = known & (beyond <= 0.0)
+    return np.where(evaluation.feasible, values, np.where(near, penalised, pressed))
 
 
 def trial_attributes(evaluation: Evaluation, i: int) -> dict[str, Any]:
@@ -94,6 +126,19 @@ class TrialObjective:
         self.problem = problem
         self.task = task
 
+    @cached_property
+    def worst(self) -> Worst:
+        """What no feasible design of the task reaches; measured at the first need."""
+        return worst_of(self.problem, self.task)
+
+    def values(self, evaluation: Evaluation) -> FloatArray:
+        """Return the values (n, k) of trials of the task; see ``trial_values``."""
+        return trial_values(evaluation, None if evaluation.feasible.all() else self.worst)
+
+    def descended(self, evaluation: Evaluation) -> FloatArray:
+        """Return the values (n,) for a sampler without constraints; see ``descended_values``."""
+        return descended_values(evaluation, self.worst)
+
     def suggest(self, trial: Any) -> FloatArray:
         """Return the design (d,) that the trial's sampler proposes."""
         return np.array(
@@ -111,7 +156,7 @@ class TrialObjective:
             self._check([direction.name.lower() for direction in trial.study.directions])
         evaluation = self.problem.evaluate(self.suggest(trial)[None], self.task)
         record(trial, evaluation, 0)
-        values = tuple(map(float, trial_values(evaluation)[0]))
+        values = tuple(map(float, self.values(evaluation)[0]))
         return values[0] if len(values) == 1 else values
 
     def _check(self, directions: Sequence[str]) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from inspect import getfile
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from cmaes import CMA  # type: ignore[attr-defined]  # imported there without __all__
@@ -29,9 +30,9 @@ from pkm_gym.core.trial import penalised
 from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.search.samplers import check_sampler, make_sampler, values_for
 from pkm_gym.studies.storage.storages import quiet
-from pkm_gym.studies.storage.studies import Values
 
 MakeSampler = Callable[[int], BaseSampler]
+Values = Literal["objectives", "merit"]
 
 ENQUEUED = 16  # neighbours' optima that TPE tries first
 STARTED_AT = 16  # neighbours whose optima's mean is CMA-ES's first mean
@@ -75,7 +76,9 @@ def _value(trial: Trial, told: Told, view: View, values: Values) -> float:
         return float(np.exp(told.log_merit[0]))
     for name, value in zip(view.constraint_names, told.constraints[0], strict=True):
         trial.set_constraint(name, float(value))
-    return float(penalised(told.values, told.constraints, view.objective)[0])
+    sign, worst = view.objective.sign, view.objective.worst
+    width = float(told.constraints.shape[1])
+    return float(penalised(told.values, told.constraints, sign, worst, width)[0])
 
 
 def _optima(_name: str) -> list[Path]:
@@ -160,7 +163,8 @@ def _named(name: str, first: Callable[[FloatArray], FloatArray] | None = None) -
     def make(seed: int) -> BaseSampler:
         return make_sampler(name, seed=seed)
 
-    return sampler_search(make, values=values_for(name), first=first)
+    values: Values = "objectives" if values_for(name) == "objectives" else "merit"
+    return sampler_search(make, values=values, first=first)
 
 
 @contextmanager

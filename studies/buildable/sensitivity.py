@@ -156,7 +156,7 @@ def _hessian(dimensions: Dimensions, point: FloatArray) -> FloatArray:
 def _limit_prices(problem: DesignProblem, found: Multipliers) -> dict[str, Price]:
     """Return the price of 1 % more of each active limit's bound."""
     prices = {}
-    for limit in problem.declared.constraints:
+    for limit in problem.limits:
         if not isinstance(limit, Limit) or limit.name not in found.limits:
             continue
         bound, unit = limit.bound_of(problem.task), problem.unit(limit.quantity)

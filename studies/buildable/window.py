@@ -179,7 +179,7 @@ class Window:
         )
         slopes = np.nan_to_num((values[1:] - values[0]) / np.array(pitches)[moved][:, None])
         guess = values[0] + (self.points(numbers) - self._centre)[:, moved] @ slopes
-        weight = self._dimensions.problem.declared.penalty_weight
+        weight = self._dimensions.problem.penalty_weight
         penalty = weight * np.maximum(guess[:, 1:], 0.0).sum(axis=1)
         return np.argsort(guess[:, 0] + penalty, kind="stable")
 

@@ -157,7 +157,7 @@ class _Settings:
 
 def _beside(kind: type[DesignProblem], words: Mapping[str, str], set_: Texts) -> list[str]:
     """Return settings: those of a file, and over them what the user says."""
-    own = _assignments("--set", set_)
+    own = assignments("--set", set_)
     products = kind.declared.products.items()
     settled = {f"task.{p.ratio}" for name, p in products if f"task.{name}" in own}
     said = {key: text for key, text in words.items() if key not in settled} | own
@@ -169,7 +169,7 @@ def _settings(kind: type[DesignProblem], set_: Texts) -> _Settings:
     options = {item.name: item for item in kind.options_type.table()}
     of_design = {variable.name for variable in kind.all_variables} | set(kind.declared.dimensions)
     products = {f"task.{name}": item for name, item in kind.declared.products.items()}
-    settings, given = _Settings({}, {}, {}, {}), _assignments("--set", set_)
+    settings, given = _Settings({}, {}, {}, {}), assignments("--set", set_)
     for key, text in given.items():
         if key in task_units:
             value = parse(text, task_units[key], what=key)
@@ -249,7 +249,7 @@ def _arguments(
 ) -> dict[str, Any]:
     """Return the arguments of the problem."""
     units = {variable.name: variable.unit for variable in kind.all_variables}
-    fixed, ranges = _assignments("--fix", fix), _assignments("--range", range_)
+    fixed, ranges = assignments("--fix", fix), assignments("--range", range_)
     check_known("variable", (*fixed, *ranges), units)
     for key in fixed.keys() & ranges.keys():
         raise ValueError(f"{key} has both --fix {fixed[key]} and --range {ranges[key]}: choose one")
@@ -282,7 +282,8 @@ def _check_within(kind: type[DesignProblem], held: Mapping[str, float]) -> None:
             )
 
 
-def _assignments(flag: str, texts: Texts) -> dict[str, str]:
+def assignments(flag: str, texts: Texts) -> dict[str, str]:
+    """Return the KEY=VALUE texts after a flag as a mapping, each key once."""
     values: dict[str, str] = {}
     for text in texts or ():
         key, equals, value = (part.strip() for part in text.partition("="))
@@ -359,7 +360,7 @@ def load_from(machine: Mechanism, texts: Texts) -> dict[str, float]:
     Raises:
         ValueError: in one sentence, for what is no load on the machine's platform.
     """
-    given, units = _assignments("--load", texts), load_units(machine)
+    given, units = assignments("--load", texts), load_units(machine)
     check_known("load", given, units)
     load = {name: parse(text, units[name], what=name) for name, text in given.items()}
     if load:

@@ -122,9 +122,7 @@ def run(problem: DesignProblem, sampler: str, *, seed: int, evaluations: int) ->
     check_sampler(sampler, len(problem.objectives))
     values = values_for(sampler)
     with quiet():
-        study = create_study(
-            problem, merit=values == "merit", sampler=make_sampler(sampler, seed=seed)
-        )
+        study = create_study(problem, sampler=make_sampler(sampler, seed=seed))
         runner = Runner(study, problem, trials=evaluations, values=values)
         if runner.run():
             raise KeyboardInterrupt

@@ -1,31 +1,29 @@
-"""Pictures of a study's best trials, in its artifact store."""
+"""What a study's best trials carry as artifacts: pictures, the design's file, its model."""
 
 from __future__ import annotations
 
-from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from optuna import Study, Trial
 from optuna.artifacts import FileSystemArtifactStore, get_all_artifact_meta, upload_artifact
 from optuna.trial import FrozenTrial
 
-from pkm_gym.core.files import whole_file
+from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-
-MECHANISM, INDEX_MAP = "mechanism.png", "index_map.png"
-CARD = "Not drawn: a better design followed at once."
+from pkm_gym.studies.dashboard.promises import (
+    DESIGN,
+    MODEL,
+    PICTURES,
+    make,
+    makers,
+    promise,
+)
 
 
 class Pictures:
-    """Draws designs into the artifact store of a storage.
-
-    A finished trial takes no new artifact and a drawing takes longer than hundreds of evaluations.
-    So a new best trial is promised its pictures before it finishes: cards that say why there is no
-    picture, replaced when ``draw`` is called for it.
-    """
+    """Puts artifacts of designs into the store of a storage: see ``promises``."""
 
     def __init__(self, problem: DesignProblem, study: Study, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -33,46 +31,36 @@ class Pictures:
         self._study = study
         self._folder = folder
         self._store = FileSystemArtifactStore(folder)
+        self._found_by = str(study.user_attrs.get("command") or "pkm-gym search")
 
-    def promise(self, trial: Trial | Study) -> None:
-        """Give a running trial, or a study, its artifacts, to be drawn later."""
+    def promise(self, owner: Trial | Study, best: Evaluation) -> None:
+        """Promise a running trial, or a study, the artifacts of a design, evaluated alone."""
+        design = best.designs[0]
+        names = [*PICTURES, DESIGN]
+        if best.feasible[0] and self._problem.mechanism(design).twin_module:
+            names.append(MODEL)
         with TemporaryDirectory() as folder:
-            for name in (MECHANISM, INDEX_MAP):
+            for name in names:
                 path = Path(folder) / name
-                path.write_bytes(self._card)
+                path.write_bytes(promise(name, self._problem, design, self._found_by))
                 upload_artifact(
                     artifact_store=self._store,
                     file_path=str(path),
-                    study_or_trial=trial,
+                    study_or_trial=owner,
                     storage=self._study._storage,
                 )
 
     def draw(self, owner: FrozenTrial | Study, design: FloatArray) -> list[str]:
-        """Draw a design into the artifacts of its trial or study; return their addresses."""
-        from pkm_gym.plots import design_figure, index_map_figure, save
-
-        makers: dict[str, Any] = {MECHANISM: design_figure, INDEX_MAP: index_map_figure}
+        """Make the artifacts of a trial or study at once; return its pictures' addresses."""
         addresses = []
-        with TemporaryDirectory() as folder:
-            for meta in get_all_artifact_meta(owner, storage=self._study._storage):
-                if meta.filename not in makers:
-                    continue
-                figure = makers[meta.filename](self._problem, design)
-                drawn = save(figure, Path(folder) / meta.filename)
-                with whole_file(self._folder / meta.artifact_id) as part:
-                    part.write_bytes(drawn.read_bytes())
+        for meta in get_all_artifact_meta(owner, storage=self._study._storage):
+            if meta.filename in makers():
+                path = self._folder / meta.artifact_id
+                make(meta.filename, self._problem, design, self._found_by, path)
+            if meta.filename in PICTURES:
                 addresses.append(self._address(owner, meta.artifact_id))
         return addresses
 
     def _address(self, owner: FrozenTrial | Study, artifact: str) -> str:
         own = "" if isinstance(owner, Study) else f"{owner._trial_id}/"
         return f"/artifacts/{self._study._study_id}/{own}{artifact}"
-
-    @cached_property
-    def _card(self) -> bytes:
-        from pkm_gym.plots import new_figure, save
-
-        figure = new_figure(4.0, 1.0)
-        figure.text(0.5, 0.5, CARD, ha="center", va="center")
-        with TemporaryDirectory() as folder:
-            return save(figure, Path(folder) / "card.png").read_bytes()

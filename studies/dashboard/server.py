@@ -10,11 +10,11 @@ from socketserver import ThreadingMixIn
 from typing import Any
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
-from optuna.artifacts import FileSystemArtifactStore
 from optuna_dashboard import wsgi  # type: ignore[attr-defined]  # has no __all__
 
 from pkm_gym.mechanisms import problem_type
 from pkm_gym.studies.cli.runs import RUNS, redacted
+from pkm_gym.studies.dashboard.promises import KeepingStore
 from pkm_gym.studies.storage.storages import (
     JOURNAL,
     artifact_folder,
@@ -53,7 +53,7 @@ def app(where: str) -> Any:
         raise ValueError(f"the storage {redacted(where)!r} is empty: `pkm-gym search` fills it")
     folder = artifact_folder(where)
     folder.mkdir(parents=True, exist_ok=True)
-    return _own_only(wsgi(storage, artifact_store=FileSystemArtifactStore(folder)))
+    return _own_only(wsgi(storage, artifact_store=KeepingStore(folder)))
 
 
 def _own_only(application: Any) -> Any:

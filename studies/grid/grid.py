@@ -115,7 +115,7 @@ def grid(
             return evaluation
         best = problem.evaluate(evaluation.designs[evaluation.best()][None])
         pictures = Pictures(problem, study, folder)
-        pictures.promise(study)
+        pictures.promise(study, best)
         write_note(study, best, best_of_grid(problem, step), pictures.draw(study, best.designs[0]))
     return evaluation
 

@@ -74,7 +74,7 @@ def _judged(problem: DesignProblem) -> Iterator[dict[str, Any]]:
     for index in problem.index_table:
         yield _row("index", index.name, index.doc, index.unit)
     own = {limit.name: limit.doc for limit in problem.declared.own_limits}
-    for limit in problem.declared.constraints:
+    for limit in problem.limits:
         if isinstance(limit, Limit):
             unit = problem.unit(limit.quantity)
             words = f"{limit.quantity} {limit.side_words} {limit.bound_shown(unit)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -149,10 +149,18 @@ def rich_table(problem: DesignProblem, rows: Sequence[Row]) -> Group:
     """Return rows as a table for the terminal; the designs below the values if it's too narrow."""
     whole = columns(problem, rows)
     values = len(whole) - len(design_columns(problem, rows))
+    return Group(*sheets(whole, values), Text(caption(problem, rows), style=FAINT))
+
+
+def sheets(whole: Sequence[Sequence[str]], values: int) -> list[Sheet]:
+    """Return columns as a table; those behind the first ``values`` below them if it's too narrow.
+
+    The first column, which names the rows, stands in both.
+    """
     parts = [whole]
     if sum(max(map(len, column)) + GAP for column in whole) - GAP > console().width:
-        parts = [whole[:values], whole[:1] + whole[values:]]
-    return Group(*map(_sheet, parts), Text(caption(problem, rows), style=FAINT))
+        parts = [whole[:values], [whole[0], *whole[values:]]]
+    return [_sheet(part) for part in parts]
 
 
 def _sheet(columns: Sequence[Sequence[str]]) -> Sheet:
@@ -257,6 +265,23 @@ def paper_rows(problem: DesignProblem, optimum: Row | None) -> list[Row]:
     else:
         row = Row("paper, printed", printed.printed, design)
     return [row, row_of("paper, our model", evaluation, 0, optimum, evaluations=1)]
+
+
+def known_rows(problem: DesignProblem) -> list[Row]:
+    """Return the rows of the paper's design, with our model, and of the recorded optimum."""
+    known = recorded_optimum(problem)
+    optimum = optimum_row(problem, known) if known else None
+    return [*paper_rows(problem, optimum)[1:], *([optimum] if optimum else [])]
+
+
+def single_optima(problem: DesignProblem) -> list[Row]:
+    """Return the recorded optimum of each of several objectives alone, where there is one."""
+    rows = []
+    for objective in problem.objectives:
+        alone = problem.with_objectives(objective.name)
+        if known := recorded_optimum(alone):
+            rows.append(replace(optimum_row(alone, known), name=f"optimum of {objective.name}"))
+    return rows
 
 
 def rows_beside_paper(best: Evaluation, name: str, optimum: Row | None) -> list[Row]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -31,7 +30,6 @@ from pkm_gym.studies.storage.studies import (
 
 PAUSE = 0.1  # seconds between two looks at whether other workers have finished their trials
 PAUSES = 20  # after so many it is said that they are waited for
-DRAW_EVERY = 30.0  # seconds between pictures while a search runs
 
 Report = Callable[[int, Evaluation], None]
 
@@ -46,7 +44,7 @@ class Runner:
         values: what the study's values are.
         batch: designs an ``evaluate``.
         worker: number of this process among those that share the study.
-        pictures: draws the best designs.
+        pictures: promises the best designs their pictures.
         report: called after each batch with the finished trials and the best design.
     """
 
@@ -75,7 +73,6 @@ class Runner:
         self._report = report
         self._claims = Claims(study, trials, worker)
         self._pauses = 0
-        self._drawn_at = time.monotonic()
         self._lock = threading.Lock()
         self._stop = threading.Event()
         if count_finished(study):
@@ -120,7 +117,7 @@ class Runner:
             self._keep_best(trials, evaluation)
         for i, trial in enumerate(trials):
             with self._claims.closing(trial):
-                values = score(trial, evaluation, i, self._values)
+                values = score(trial, evaluation, i, self._values, self._objective)
                 self.study.tell(trial, values, skip_if_finished=True)
         with self._lock:
             self.ran = True
@@ -143,16 +140,12 @@ class Runner:
         self.best_trial = trials[i].number
         if self._pictures:
             with suppress(UpdateFinishedTrialError):  # taken for dead while this process slept
-                self._pictures.promise(trials[i])
+                self._pictures.promise(trials[i], self.best)
 
     def _show(self) -> None:
         assert self.best is not None
         if self._report:
             self._report(count_finished(self.study), self.best)
-        if self._pictures and time.monotonic() - self._drawn_at > DRAW_EVERY:
-            trial = self.study.get_trials(deepcopy=False)[self.best_trial]
-            self._pictures.draw(trial, self.best.designs[0])
-            self._drawn_at = time.monotonic()
 
 
 @contextmanager

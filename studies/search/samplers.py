@@ -15,8 +15,7 @@ from optuna.samplers import BaseSampler
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.names import check_known, imported
 from pkm_gym.core.problem import DesignProblem
-from pkm_gym.core.trial import record, trial_attributes, trial_values
-from pkm_gym.core.types import FloatArray
+from pkm_gym.core.trial import TrialObjective, record, trial_attributes
 from pkm_gym.studies.storage.studies import Values
 
 MAKERS: dict[str, Callable[[int], BaseSampler]] = {
@@ -24,6 +23,7 @@ MAKERS: dict[str, Callable[[int], BaseSampler]] = {
     "cmaes": lambda seed: samplers.CmaEsSampler(seed=seed, warn_independent_sampling=False),
     "gp": lambda seed: samplers.GPSampler(seed=seed, deterministic_objective=True),
     "nsga2": lambda seed: samplers.NSGAIISampler(seed=seed),
+    "nsga3": lambda seed: samplers.NSGAIIISampler(seed=seed),
     "qmc": lambda seed: samplers.QMCSampler(
         seed=seed, scramble=True, warn_independent_sampling=False
     ),
@@ -44,7 +44,7 @@ def check_sampler(name: str, objectives: int) -> None:
     """
     check_known("sampler", [name], SAMPLERS)
     if name in ("cmaes", "designer") and objectives > 1:
-        raise ValueError(f"{name} searches one objective: use tpe or nsga2 for several")
+        raise ValueError(f"{name} searches one objective: use tpe, nsga2 or nsga3 for several")
     if name == "gp" and find_spec("torch") is None:
         raise ValueError("the sampler gp needs torch: pip install 'pkm_gym[agents]'")
 
@@ -83,21 +83,22 @@ def sampler_for(
 def values_for(sampler: str) -> Values:
     """Return what a sampler's trials have as values.
 
-    CMA-ES ranks designs without looking at constraints, so it gets the merit.
+    CMA-ES ranks designs without looking at constraints, so they are penalised in its values.
     """
-    return "merit" if sampler == "cmaes" else "objectives"
+    return "penalised" if sampler == "cmaes" else "objectives"
 
 
-def score(trial: Trial, evaluation: Evaluation, i: int, values: Values) -> list[float]:
+def score(
+    trial: Trial, evaluation: Evaluation, i: int, values: Values, objective: TrialObjective
+) -> list[float]:
     """Return the values of the trial of design i; set its constraints and attributes."""
     if values == "objectives":
         record(trial, evaluation, i)
-        row: FloatArray = trial_values(evaluation)[i]
-        return [float(value) for value in row]
+        return [float(value) for value in objective.values(evaluation)[i]]
     for name, value in trial_attributes(evaluation, i).items():
         trial.set_user_attr(name, value)
     trial.set_user_attr("constraints", constraints_of(evaluation, i))
-    return [float(evaluation.merit[i])]
+    return [float(objective.descended(evaluation)[i])]
 
 
 def constraints_of(evaluation: Evaluation, i: int) -> dict[str, Any]:

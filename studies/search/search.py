@@ -15,8 +15,10 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.units import show as show_value
 from pkm_gym.studies.cli.runs import if_full
 from pkm_gym.studies.cli.terminal import counter
-from pkm_gym.studies.dashboard.notes import write_graphs, write_note
+from pkm_gym.studies.dashboard.graphs import write_graphs
+from pkm_gym.studies.dashboard.notes import write_note
 from pkm_gym.studies.dashboard.pictures import Pictures
+from pkm_gym.studies.report.rows import known_rows
 from pkm_gym.studies.search.runner import Report, Runner, answer
 from pkm_gym.studies.search.samplers import check_sampler, sampler_for, values_for
 from pkm_gym.studies.search.starts import enqueue, warm_designs
@@ -69,7 +71,8 @@ def search(
 
     Args:
         problem: what is searched, with its task.
-        sampler: "tpe", "cmaes", "gp", "nsga2", "qmc", "random", or "designer": a trained one.
+        sampler: "tpe", "cmaes", "gp", "nsga2", "nsga3", "qmc", "random", or "designer": a trained
+            one.
         trials: the target total.
         seed: of the sampler.
         storage: a journal file or a database URL; the problem's journal under runs/ by default.
@@ -127,7 +130,7 @@ def search(
         if runner.ran or title not in get_note(study):
             addresses = pictures.draw(study.get_trials(deepcopy=False)[trial], best.designs[0])
             write_note(study, best, title, addresses)
-            write_graphs(study, problem)
+            write_graphs(study, problem, known_rows(problem))
     return SearchResult(
         study, best, trial, where, count_finished(study), stopped, version_note(study)
     )

@@ -40,7 +40,7 @@ ENQUEUED = "fixed_params"  # Optuna's name for the design of a trial that was en
 LIVE = (TrialState.COMPLETE, TrialState.RUNNING, TrialState.WAITING)
 
 # What the values of a study's trials are.
-Values = Literal["objectives", "merit"]
+Values = Literal["objectives", "penalised"]
 
 
 def load_study(storage: BaseStorage, name: str) -> Study:
@@ -78,15 +78,13 @@ def open_study(
         ValueError: in one sentence, if the study stands for another problem, task or kind of
             values.
     """
-    study = create_study(
-        problem, merit=values == "merit", study_name=name, storage=storage, load_if_exists=True
-    )
+    study = create_study(problem, study_name=name, storage=storage, load_if_exists=True)
     identity = _identity(problem, values)
     kept = study.user_attrs
     if "hash" not in kept and not count_finished(study):
         for key, value in ({"command": command, "versions": _versions()} | identity).items():
             study.set_user_attr(key, value)
-        _name_metrics(study, problem, values)
+        _name_metrics(study, problem)
         return study
     _check_identity(name, kept, identity, problem)
     return study
@@ -174,8 +172,8 @@ def version_note(study: Study) -> str:
     return f"the study was made with other versions: {'; '.join(changed)}" if changed else ""
 
 
-def _name_metrics(study: Study, problem: DesignProblem, values: Values) -> None:
-    names = [o.name for o in problem.objectives] if values == "objectives" else ["merit"]
+def _name_metrics(study: Study, problem: DesignProblem) -> None:
+    names = [objective.name for objective in problem.objectives]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         study.set_metric_names(names)

@@ -6,9 +6,9 @@ from pkm_gym.core.files import whole_file
 from pkm_gym.studies.cli.arguments import machine_from
 from pkm_gym.studies.cli.options import DesignFileOption, DesignOption, Name, OutOption
 from pkm_gym.studies.cli.runs import output_path
+from pkm_gym.studies.twins.model import model_text
 
 MODELS = (".xml",)
-CLOSED = 1e-12  # m
 
 
 def command(
@@ -23,17 +23,8 @@ def command(
     """
     path = output_path(out, name, "twin", MODELS)
     machine, notes = machine_from(name, set_, design)
-    from pkm_gym.core.twin import twin_module
-    from pkm_gym.twin.camera import first_pose
-    from pkm_gym.twin.mjcf import mjcf, moved
-
-    spec = twin_module(machine).build(machine, first_pose(machine))
-    spec.compile()
-    text = mjcf(spec)
-    if (off := moved(spec, text)) > CLOSED:
-        notes += (
-            f"this MuJoCo writes numbers that are rounded: parts are off by up to {off:.1e} m",
-        )
+    text, wrong = model_text(machine)
+    notes += (wrong,) if wrong else ()
     with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
     print(*notes, f"model: {path}", sep="\n")

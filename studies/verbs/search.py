@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from pkm_gym.mechanisms import called
 from pkm_gym.studies.buildable.robust_search import (
     robust_from,
     robust_rows,
@@ -169,7 +170,10 @@ def show(screen: Console, result: SearchResult, rows: Sequence[Row]) -> None:
         screen.print("no feasible design was found; the one of lowest merit breaks:", style=BAD)
         screen.print(best.explain(0), style=BAD)
     if len(problem.objectives) > 1:
-        screen.print(f"{len(study.best_trials)} designs on the Pareto front")
+        words = " ".join(f"--objective {objective.name}" for objective in problem.objectives)
+        verb = f"pkm-gym pareto {called(problem)} {words}"
+        front = f"{len(study.best_trials)} designs on the Pareto front"
+        screen.print(f"{front}, shown by {verb}", soft_wrap=True)
     if result.note:
         screen.print(result.note, style=FAINT)
     screen.print(

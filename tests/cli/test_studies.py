@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -72,6 +73,64 @@ def test_search_refuses_in_one_sentence(run, refused, words, said):
     if "task.payload=1" in words:
         run("search", "diamond", "--trials", 2)
     assert said in refused("search", "diamond", *words)
+
+
+BOTH = ("--objective", "tau_G", "--objective", "condition")
+
+
+def test_pareto_prints_draws_and_writes_the_front_and_what_is_preferred(narrow):
+    searched = narrow("search", "diamond", *BOTH, "--trials", 12, "--warm-start", "grid")
+    assert (
+        "shown by pkm-gym pareto diamond --objective tau_G --objective condition\n"
+        in searched.output
+    )
+    ways = ("--weights", "tau_G=2", "condition=1", "--tolerances", "tau_G=0.01", "condition=0.1")
+    result = narrow("pareto", "diamond", *ways, "--pca", "--rows", 3)
+    assert result.exit_code == 0, result.output
+    assert max(map(len, result.stdout.splitlines()[:15])) <= 80
+    for word in ("paper, our model", "optimum of condition", "weighted", "tolerance", "\npca "):
+        assert word in result.output
+    assert "3 of them shown, far from each other" in " ".join(result.output.split())
+    assert "is a coin toss, and so are the weights" in result.output
+    lines = dict(line.split(": ") for line in result.output.splitlines() if "/pareto" in line)
+    again = narrow("evaluate", "diamond", "--design", lines["design, weighted"], "--json")
+    told = json.loads(again.stdout)
+    with Path(lines["table"]).open() as file:
+        (row,) = [row for row in csv.DictReader(file) if row["what"] == "weighted"]
+    assert told["indices"]["condition"] == float(row["indices.condition"])
+    assert (
+        Path(lines["table"])
+        .read_text()
+        .startswith("what,study,trial,feasible,objectives.tau_G [N m/")
+    )
+    assert Path(lines["picture"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_pareto_prints_json_and_keeps_a_reference_point(run):
+    run("search", "diamond", *BOTH, "--trials", 5, "--warm-start", "paper")
+    words = ("pareto", "diamond", *BOTH, "--json")
+    told = json.loads(run(*words, "--reference", "tau_G=0.5", "condition=3").stdout)
+    assert told["reference_point"] == {"tau_G": 0.5, "condition": 3.0}
+    assert json.loads(run(*words).stdout) == told
+    assert not list(Path().rglob("pareto.*"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (BOTH, "there is no storage"),
+        (BOTH[:2], "a front needs two objectives or more"),
+        ((*BOTH, "--weights", "tau=1"), "unknown objective of a weight 'tau'; did you mean"),
+        ((*BOTH, "--weights", "tau_G=-1"), "none may be negative"),
+        ((*BOTH, "--weights", "tau_G=1mm"), "it is a plain number without unit"),
+        ((*BOTH, "--tolerances", "tau_G=1"), "the tolerances lack condition"),
+        ((*BOTH, "--reference", "tau_G"), "--reference tau_G says no value"),
+    ],
+)
+def test_pareto_refuses_in_one_sentence(run, refused, words, said):
+    if "no storage" not in said:
+        run("search", "diamond", *BOTH, "--trials", 2, "--warm-start", "paper")
+    assert said in refused("pareto", "diamond", *words)
 
 
 def test_grid_writes_the_atlas_and_names_it(run):

@@ -15,6 +15,7 @@ import pkm_gym
 from pkm_gym.core.evaluation import Evaluation
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Reference
+from pkm_gym.core.scalar import tolerance
 from pkm_gym.core.solve import solve_tasks
 from pkm_gym.mechanisms.stroke_leg.indices import reference_moments, tolerance_weights
 
@@ -322,6 +323,14 @@ def test_weights_are_options() -> None:
     weighted = [m * base[name] for m, name in zip(mu, ("eta_P", "eta_FC", "eta_DL"), strict=True)]
     assert found["lambda_paper"] == pytest.approx(np.linalg.norm(weighted), rel=1e-12)
     assert found["eta_P"] == base["eta_P"]
+
+
+def test_lambda_is_the_tolerance_weighted_length_of_three_indices_measured_from_zero(leg) -> None:
+    designs = np.concatenate([leg.printed_design()[None], np.linspace(leg.low, leg.high, 7)])
+    indices = leg.evaluate(designs).indices
+    etas = np.column_stack([indices[name] for name in ("eta_P", "eta_FC", "eta_DL")])
+    way = tolerance(etas, 1.0 / np.array(leg.options.mu), aims=np.zeros(3))
+    np.testing.assert_allclose(way(etas), indices["lambda_paper"], rtol=1e-12)
 
 
 def test_the_printed_design_crosses_a_dead_line_on_its_rectangle(leg: DesignProblem) -> None:

@@ -23,8 +23,6 @@ def test_a_study_has_the_directions_of_its_objectives(name, objective, direction
     assert [direction.name for direction in study.directions] == directions
     assert study.study_name == "mine"
     study.optimize(problem.objective_for(), n_trials=3)
-    merit = create_study(problem, merit=True)
-    assert [direction.name for direction in merit.directions] == ["MINIMIZE"]
 
 
 def test_a_study_that_would_find_the_worst_design_is_refused():

@@ -8,6 +8,8 @@ import pytest
 from optuna.trial import FixedTrial, TrialState
 
 import pkm_gym
+from pkm_gym.core.merit import CAP
+from pkm_gym.core.worst import worst_of
 from pkm_gym.studies.search.samplers import MAKERS
 from pkm_gym.studies.search.search import search
 from pkm_gym.studies.storage.studies import designs_of, finished
@@ -42,7 +44,7 @@ def test_the_best_trial_by_value_is_the_answer(searched, diamond):
     assert best == evaluation.best()
     assert found.trial == found.study.best_trial.number == trials[best].number
     assert found.best.objectives[0, 0] == trials[best].value
-    worst = diamond.objectives[0].worst
+    worst = worst_of(diamond, diamond.task).values[0]
     assert all((t.value < worst) == f for t, f in zip(trials, evaluation.feasible, strict=True))
 
 
@@ -105,11 +107,16 @@ def test_plain_optuna_searches_in_two_threads(diamond):
     assert study.best_value == evaluation.objectives[evaluation.best(), 0]
 
 
-def test_cmaes_is_given_the_merit_and_answers_with_the_best_feasible_design(searched, diamond):
+def test_cmaes_ranks_by_merit_in_the_objective_s_unit_and_answers_with_the_best(searched, diamond):
     found = searched(sampler="cmaes", trials=80)
     trials = finished(found.study)
     evaluation = diamond.evaluate(designs_of(found.study, diamond))
-    np.testing.assert_allclose([t.value for t in trials], evaluation.merit, rtol=1e-12)
+    values = np.array([t.value for t in trials])
+    feasible = evaluation.feasible
+    np.testing.assert_array_equal(values[feasible], evaluation.objectives[feasible, 0])
+    known = evaluation.log_merit < CAP
+    order, ranked = np.argsort(values[known]), np.argsort(evaluation.log_merit[known])
+    np.testing.assert_array_equal(order, ranked)
     assert not any(t.constraints for t in trials)
     for trial, row in zip(trials, evaluation.constraints, strict=True):
         assert list(trial.user_attrs["constraints"].values()) == pytest.approx(list(row))
@@ -119,10 +126,10 @@ def test_cmaes_is_given_the_merit_and_answers_with_the_best_feasible_design(sear
     feasible = np.flatnonzero(evaluation.feasible)
     best = feasible[np.argmin(evaluation.objectives[feasible, 0])]
     assert found.trial == trials[best].number
-    assert found.study.metric_names == ["merit"]
+    assert found.study.metric_names == ["tau_G"]
 
 
-@pytest.mark.parametrize("sampler", ["tpe", "nsga2"])
+@pytest.mark.parametrize("sampler", ["tpe", "nsga2", "nsga3"])
 def test_several_objectives_keep_their_values_and_the_answer_is_the_first_ones(searched, sampler):
     problem = pkm_gym.make_problem("diamond", objective=("tau_G", "condition"))
     found = searched(problem, sampler=sampler, trials=80)

@@ -176,9 +176,9 @@ def test_a_study_from_before_an_option_was_there_goes_on(searched, diamond):
     assert len(searched(trials=4).study.trials) == 4
 
 
-def test_a_study_of_merits_is_not_continued_with_objectives(searched):
+def test_a_study_of_penalised_values_is_not_continued_with_objectives(searched):
     searched(trials=3, sampler="cmaes")
-    with pytest.raises(ValueError, match="values: merit there, objectives here"):
+    with pytest.raises(ValueError, match="values: penalised there, objectives here"):
         searched(sampler="tpe")
 
 

@@ -1,0 +1,1 @@
+"""Fronts of several objectives: gathered from studies, measured, weighed, drawn."""
