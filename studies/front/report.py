@@ -90,8 +90,9 @@ def _value(value: float, unit: str) -> str:
 def _units(problem: DesignProblem, told: list[Row]) -> str:
     """Return which numbers have which unit."""
     units: dict[str, list[str]] = {}
-    for item in (*problem.objectives, *told_variables(problem)):
-        units.setdefault(converted(0.0, item.unit)[1], []).append(item.name)
+    items = [(o.name, o.unit) for o in problem.objectives]
+    for name, unit in [*items, *((v.name, v.unit) for v in told_variables(problem))]:
+        units.setdefault(converted(0.0, unit)[1], []).append(name)
     for name, (unit, *_) in told_dimensions(problem, told).items():
         units.setdefault(unit, []).append(name)
     return "; ".join(f"{', '.join(names)} in {unit}" for unit, names in units.items() if unit)
