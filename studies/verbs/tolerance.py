@@ -30,7 +30,7 @@ from pkm_gym.studies.cli.options import (
 from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.cli.terminal import FAINT, counter, section, table
-from pkm_gym.studies.cli.words import words_of
+from pkm_gym.studies.cli.words import with_products, words_of
 from pkm_gym.studies.report.answer import hand_over
 
 TOLD = (0.05, 0.5, 0.95)
@@ -128,7 +128,8 @@ def _show_broken(screen: Console, found: Tolerances) -> None:
     problem = found.nominal.problem
     hidden = problem.declared.reporting
     sizes = [f"{k}={_typed(x, found.units[k])}" for k, x in found.sigma.items()]
-    settings = [f"{k}={x}" for k, x in words_of(problem).items() if k not in hidden]
+    said = with_products(problem, words_of(problem))
+    settings = [f"{k}={x}" for k, x in said.items() if k not in hidden]
     words = ["pkm-gym", "search", called(problem), "--objective", problem.objectives[0].name]
     words += [*(["--set", *settings] if settings else []), "--robust", f"{found.goal:g}"]
     screen.print(
