@@ -39,10 +39,13 @@ def test_a_finished_run_is_not_overwritten(refused):
     assert "holds a run: go on with --resume" in refused(*TRAIN)
 
 
-def test_a_run_that_never_began_is_started_over(run, refused):
+def test_a_run_that_is_refused_leaves_no_folder_and_one_that_was_there(run, refused):
     family = ("train", "PKM/DiamondFamily-v0", "--algo", "model", "-o", FOLDER)
     assert "solved tasks need at least" in refused(*family, "--steps", 9)
-    assert Path(FOLDER, "run.json").exists()
+    assert not Path(FOLDER).exists()
+    Path(FOLDER).mkdir(parents=True)
+    assert "solved tasks need at least" in refused(*family, "--steps", 9)
+    assert list(Path(FOLDER).iterdir()) == []
     assert run(*TRAIN).exit_code == 0
 
 

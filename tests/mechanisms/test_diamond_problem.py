@@ -16,9 +16,9 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.reference import Optimum, Reference, Value
 from pkm_gym.core.solve import Solutions, solve_tasks
 from pkm_gym.mechanisms.diamond import figures as diamond_figures
-from pkm_gym.mechanisms.diamond.declared import presets
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, lumped_inertia
 from pkm_gym.mechanisms.diamond.findings import INTERVALS
+from pkm_gym.mechanisms.diamond.masses import numbers, presets
 from pkm_gym.mechanisms.diamond.problem import SCAN
 
 REFERENCE = Reference.load("pkm_gym.mechanisms.diamond")
@@ -132,7 +132,7 @@ def test_no_literal_reading_of_the_inertia_tables_gives_the_printed_torque(
         (1 / 12, 1 / 3), (2 / 9, 1 / 3, 2 / 3, 1.0, 4 / 3, 2.0), (2 / 3, 1.0, 4 / 3, 2.0)
     ):
         inertia = replace(printed, arm=arm, rod_elbow=elbow, rod_platform=platform)
-        row = np.array([getattr(inertia, name) for name in INERTIA_NAMES])
+        row = np.array(numbers(inertia, INERTIA_NAMES))
         I_A, m, _ = lumped_inertia(machine.l1, machine.l2, 0.0, row)
         found.append(replace(machine, I_A=I_A, m=m).local_indices(poses)["tau"].max())
     least, most = (f"{end(found):.3f}" for end in (min, max))
