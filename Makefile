@@ -17,7 +17,7 @@ study: $(VENV)/.studies
 	@for name in $(MECHANISMS); do $(BIN)/pkm-gym study $$name || exit $$?; done
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadscope
 
 test-slow: $(VENV)/.dev
 	$(BIN)/python -m pytest -m slow

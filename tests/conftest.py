@@ -6,10 +6,12 @@ of a problem is declared, or it is drawn.
 
 from __future__ import annotations
 
+import re
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import cache
+from typing import Any
 
 import hypothesis
 import numpy as np
@@ -29,7 +31,7 @@ FEW, MANY = 32, 256  # tasks of a Family
 DEAR = 4  # times as few where each task takes descents from many starts
 USABLE = 60  # feasible designs of a Family
 SLIGHTLY = 0.5  # the largest violation that counts as a slight one
-SHARED = ("problem", "twinned", "shipped")  # fixtures whose parameters are dear to make
+PROBLEMS = frozenset(pkm_gym.problems())
 
 Spread = Callable[[DesignProblem, np.random.Generator, int], tuple[FloatArray, FloatArray]]
 
@@ -41,12 +43,21 @@ hypothesis.settings.load_profile("pkm_gym")
 # Workers ------------------------------------------------------------------------------------------
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give what shares a fixture's parameter, else a file, to one worker: each is made once."""
-    for item in items:
-        given = item.callspec.params if hasattr(item, "callspec") else {}
-        shared = [f"{kind} {given[kind]}" for kind in SHARED if kind in given]
-        item.add_marker(pytest.mark.xdist_group(shared[0] if shared else str(item.path)))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give what is made of one problem, else what is in one file, to one worker.
+
+    So what is dear to make of a problem, its solved tasks above all, is made once.
+    """
+    from xdist.scheduler.loadscope import LoadScopeScheduling
+
+    class ByProblem(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file, _, test = nodeid.partition("::")
+            named = PROBLEMS.intersection(re.split(r"[\[\]-]", test))
+            return min(named, default=file)
+
+    return ByProblem(config, log)
 
 
 # Problems -----------------------------------------------------------------------------------------
