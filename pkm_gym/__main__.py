@@ -92,6 +92,7 @@ VERBS = {
 # module -> the extra that brings it
 EXTRAS = {
     "SALib": "studies",
+    "cma": "studies",
     "cmaes": "studies",
     "imageio": "movies",
     "imageio_ffmpeg": "movies",

@@ -37,6 +37,7 @@ METHODS = {
     "tpe": "pkm_gym.studies.benchmark.opponents:tpe",
     "tpe-4": "pkm_gym.studies.benchmark.opponents:tpe_4",
     "cmaes": "pkm_gym.studies.benchmark.opponents:cmaes",
+    "cma-al": "pkm_gym.studies.benchmark.augmented:cma_al",
     "nsga2": "pkm_gym.studies.benchmark.opponents:nsga2",
     "gp": "pkm_gym.studies.benchmark.opponents:gp",
     "neighbours": "pkm_gym.benchmark.transfer:neighbours",
