@@ -214,22 +214,22 @@ class SkewTask(Task):
 
 def offset(doc: str, largest: float) -> object:
     """Return the variable of a joint's azimuth from the five-fold layout's."""
-    return variable(-radians(largest), radians(largest), "rad", doc, step=radians(8.0))
+    return variable(-radians(largest), radians(largest), "rad", doc, step=radians(36.0))
 
 
 class SkewDesign(NamedTuple):
     """Shares, rails, height and azimuths of joints, from 72 and 144 deg; 5 and 4 mirror 2 and 3."""
 
-    n2: Annotated[float, variable(0.9, 1.8, "", "R / n", step=0.1)]
-    n3: Annotated[float, variable(0.5, 1.7, "", "L / n", step=0.1)]
+    n2: Annotated[float, variable(0.9, 1.8, "", "R / n", step=0.45)]
+    n3: Annotated[float, variable(0.5, 1.7, "", "L / n", step=0.4)]
     theta: Annotated[
         float,
         variable(
-            radians(5.0), radians(75.0), "rad", "inclination of the rails", step=radians(10.0)
+            radians(5.0), radians(75.0), "rad", "inclination of the rails", step=radians(35.0)
         ),
     ]
     lam0: Annotated[
-        float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.1)
+        float, variable(0.4, 0.995, "", "number that gives the height of home", step=0.25)
     ]
     a2: Annotated[float, offset("azimuth of the S joint 2 from 72 deg", 72.0)]
     a3: Annotated[float, offset("azimuth of the S joint 3 from 144 deg", 36.0)]

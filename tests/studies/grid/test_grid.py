@@ -15,6 +15,7 @@ import pkm_gym
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.grid.atlas import atlas, save_atlas
 from pkm_gym.studies.grid.designs import (
+    LARGEST,
     grid_designs,
     grid_in_words,
     grid_name,
@@ -143,6 +144,10 @@ def test_where_the_paper_has_no_grid_ours_spans_the_bounds(problem):
     dataset = atlas(evaluate_grid(problem, step))
     shape = tuple(len(axis) for axis in axes)
     assert dataset[problem.objectives[0].name].shape == shape
+
+
+def test_the_grid_of_a_study_can_be_evaluated(problem):
+    assert 1 < len(grid_designs(problem)) <= LARGEST
 
 
 def test_the_steps_that_no_paper_prints_are_the_declared_ones(problem):
