@@ -8,7 +8,8 @@ from pathlib import Path
 
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
-from pkm_gym.studies.cli.arguments import Texts, design_from
+from pkm_gym.studies.cli.arguments import design_from
+from pkm_gym.studies.cli.settings import Texts
 from pkm_gym.studies.cli.terminal import console
 from pkm_gym.studies.report.rows import in_full
 from pkm_gym.studies.search.polish import told_optimum

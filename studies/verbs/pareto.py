@@ -11,7 +11,7 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.scalar import Scalarisation
 from pkm_gym.core.units import parse
 from pkm_gym.mechanisms import problem_type
-from pkm_gym.studies.cli.arguments import assignments, problem_from
+from pkm_gym.studies.cli.arguments import problem_from
 from pkm_gym.studies.cli.design_file import write_design
 from pkm_gym.studies.cli.options import (
     CsvOption,
@@ -29,6 +29,7 @@ from pkm_gym.studies.cli.options import (
 )
 from pkm_gym.studies.cli.output import Output
 from pkm_gym.studies.cli.runs import own_command
+from pkm_gym.studies.cli.settings import assignments
 from pkm_gym.studies.cli.tasks import task_folder
 from pkm_gym.studies.front.front import Front, front, objectives_searched
 from pkm_gym.studies.front.report import ROWS, Marked, content, marked, show_front
