@@ -34,13 +34,9 @@ def statistics(k: int) -> dict[str, Statistic]:
     }
 
 
-def _row(entry: Entry) -> dict[str, Any]:
-    setting, score, cost = entry.setting, entry.score, entry.cost
-    after = {
-        f"{k}": {name: over_seeds(told, entry.regret) for name, told in statistics(k).items()}
-        for k in AT
-        if entry.has(k)
-    }
+def stated(entry: Entry) -> dict[str, Any]:
+    """Return what was run: method, track, tasks and setting."""
+    setting = entry.setting
     return {
         "method": setting.method,
         "start": setting.start,
@@ -51,6 +47,18 @@ def _row(entry: Entry) -> dict[str, Any]:
         "pool": setting.pool,
         "noise": setting.noise,
         "delay": setting.delay,
+    }
+
+
+def _row(entry: Entry) -> dict[str, Any]:
+    score, cost = entry.score, entry.cost
+    after = {
+        f"{k}": {name: over_seeds(told, entry.regret) for name, told in statistics(k).items()}
+        for k in AT
+        if entry.has(k)
+    }
+    return {
+        **stated(entry),
         "score": {"value": score.value, "low": score.low, "high": score.high},
         "after": after,
         "seconds_per_design": entry.seconds,

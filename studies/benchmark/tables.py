@@ -22,7 +22,7 @@ from pkm_gym.benchmark.scoring import (
 from pkm_gym.benchmark.standings import AT, Entry, compare, pays_after, ranked
 from pkm_gym.core.files import whole_file
 from pkm_gym.mechanisms import problem_type
-from pkm_gym.studies.benchmark.scored import statistics
+from pkm_gym.studies.benchmark.scored import stated, statistics
 from pkm_gym.studies.cli.terminal import FAINT, section, table
 
 PER_CENT = 100.0
@@ -202,17 +202,9 @@ def brief(regret: float) -> str:
 def records(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
     """Yield all figures of each entry, as they go into a file."""
     for entry in entries:
-        setting, score = entry.setting, entry.score
+        score = entry.score
         record: dict[str, Any] = {
-            "method": setting.method,
-            "start": setting.start,
-            "knowledge": setting.knowledge,
-            "split": setting.split,
-            "tasks": len(entry.rows),
-            "seeds": entry.seeds,
-            "pool": setting.pool,
-            "noise": setting.noise,
-            "delay": setting.delay,
+            **stated(entry),
             "score": f"{score.value:.4f}",
             "score_low": f"{score.low:.4f}",
             "score_high": f"{score.high:.4f}",
