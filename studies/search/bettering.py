@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 from rich.console import Console
@@ -18,11 +17,11 @@ from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import ARRAYS, Solutions, improved
 from pkm_gym.core.types import BoolArray, FloatArray
 from pkm_gym.studies.cli.terminal import counter
-from pkm_gym.studies.search.solving import FEW, work_alone
+from pkm_gym.studies.search.solving import Job, saving, workers
 
 
 def from_neighbours(
-    problem: DesignProblem,
+    job: Job,
     solved: Solutions,
     screen: Console,
     known: tuple[FloatArray, FloatArray] | None = None,
@@ -30,31 +29,33 @@ def from_neighbours(
     """Return solutions of tasks with what descents from neighbouring tasks' optima find better.
 
     Args:
-        problem: says from how many neighbours each task is descended to.
+        job: its problem says from how many neighbours each task is descended to; its part file
+            keeps what is bettered.
         solved: its tasks.
         screen: where the progress is shown.
         known: tasks (n, m) and optima (n, d) of another split; if not given, a task's neighbours
             are among ``solved``, round after round until no new optimum is found.
     """
+    problem = job.problem
     if known is not None:
         starts = known[1][_nearest(problem, solved.tasks, known[0], own=False)]
-        return _round(problem, solved, starts, _all(starts), screen, "neighbours")[0]
+        return _round(job, solved, starts, _all(starts), screen, "neighbours")[0]
     rows = np.flatnonzero(solved.solvable)
     nearest = rows[_nearest(problem, solved.tasks, solved.tasks[rows], own=True)]
     asked = _all(nearest)
     while asked.any():
         starts = solved.designs[nearest]
-        solved, gained = _round(problem, solved, starts, asked, screen, "neighbours")
+        solved, gained = _round(job, solved, starts, asked, screen, "neighbours")
         asked = gained[nearest].any(axis=1)  # those with a neighbour whose optimum is a new one
     return solved
 
 
-def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -> Solutions:
+def from_evolution(job: Job, solved: Solutions, screen: Console) -> Solutions:
     """Return solutions of tasks with what descents from evolved designs find better.
 
     As many independent evolutions as the problem declares.
     """
-    ends, evaluations, began = [], 0, time.process_time()
+    problem, ends, evaluations, began = job.problem, [], 0, time.process_time()
     count = problem.declared.evolutions
     with counter(screen, "evolutions") as bar:
         line = bar.add_task("evolving", total=count)
@@ -64,7 +65,7 @@ def from_evolution(problem: DesignProblem, solved: Solutions, screen: Console) -
             evaluations += found.evaluations
             bar.advance(line)
     starts, seconds = np.stack(ends, axis=1), time.process_time() - began
-    better = _round(problem, solved, starts, _all(starts), screen, "evolution")[0]
+    better = _round(job, solved, starts, _all(starts), screen, "evolution")[0]
     return replace(
         better, evaluations=better.evaluations + evaluations, seconds=better.seconds + seconds
     )
@@ -93,7 +94,7 @@ def _nearest(
 
 
 def _round(
-    problem: DesignProblem,
+    job: Job,
     solved: Solutions,
     starts: FloatArray,
     asked: BoolArray,
@@ -101,26 +102,28 @@ def _round(
     words: str,
 ) -> tuple[Solutions, BoolArray]:
     """Return the solutions of all tasks, those ``asked`` (n,) once more, and which are better."""
-    rows = np.flatnonzero(asked)
-    arrays = {name: getattr(solved, name).copy() for name in ARRAYS}
-    gained, evaluations, seconds = (
-        np.zeros(len(asked), dtype=bool),
-        solved.evaluations,
-        solved.seconds,
-    )
-    with counter(screen, "tasks") as bar, get_context("spawn").Pool(initializer=work_alone) as pool:
+    rows, gained = np.flatnonzero(asked), np.zeros(len(asked), dtype=bool)
+    parts = [rows[first : first + job.chunk] for first in range(0, len(rows), job.chunk)]
+    chunks = ((job.problem, _part(solved, part), starts[part]) for part in parts)
+    with saving(job, screen), counter(screen, "tasks") as bar, workers() as pool:
         line = bar.add_task(f"from {words}", total=len(rows))
-        parts = [rows[first : first + FEW] for first in range(0, len(rows), FEW)]
-        chunks = ((problem, _part(solved, part), starts[part]) for part in parts)
         for part, (found, better) in zip(parts, pool.imap(_improve, chunks), strict=True):
-            for name, array in arrays.items():
-                array[part] = getattr(found, name)
-            gained[part] = better
-            evaluations += found.evaluations
-            seconds += found.seconds
+            solved, gained[part] = _with(solved, part, found), better
+            job.keep(solved)
             bar.advance(line, len(part))
     screen.print(f"from {words}: {int(gained.sum())} of {len(rows)} optima bettered")
-    return Solutions(**arrays, evaluations=evaluations, seconds=seconds), gained
+    return solved, gained
+
+
+def _with(solved: Solutions, rows: np.ndarray, found: Solutions) -> Solutions:
+    arrays = {name: getattr(solved, name).copy() for name in ARRAYS}
+    for name, array in arrays.items():
+        array[rows] = getattr(found, name)
+    return Solutions(
+        **arrays,
+        evaluations=solved.evaluations + found.evaluations,
+        seconds=solved.seconds + found.seconds,
+    )
 
 
 def _part(solved: Solutions, rows: np.ndarray) -> Solutions:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import partial
 from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
 from typing import Any
@@ -112,19 +114,8 @@ def solve(job: Job, screen: Console) -> Solutions:
     solved = job.kept()
     resumed = solved.evaluations if solved else 0
     began = time.monotonic()
-    try:
-        with if_full(
-            f"what is solved is kept in {job.part}, and the same command goes on", job.part
-        ):
-            solved = solve_rest(job, solved, screen)
-    except KeyboardInterrupt:
-        screen.print(
-            f"what is solved is kept in {job.part}: the same command goes on from there"
-            if job.part.exists()
-            else f"nothing is kept before the first {job.chunk} tasks are solved",
-            soft_wrap=True,
-        )
-        raise
+    with saving(job, screen):
+        solved = solve_rest(job, solved, screen)
     seconds = time.monotonic() - began
     _summarise(screen, job.problem, solved)
     evaluations = solved.evaluations - resumed
@@ -134,6 +125,24 @@ def solve(job: Job, screen: Console) -> Solutions:
         style=FAINT,
     )
     return solved
+
+
+@contextmanager
+def saving(job: Job, screen: Console) -> Iterator[None]:
+    """Say what becomes of what is solved when the disk is full or Ctrl-C is pressed."""
+    try:
+        with if_full(
+            f"what is solved is kept in {job.part}, and the same command goes on", job.part
+        ):
+            yield
+    except KeyboardInterrupt:
+        screen.print(
+            f"what is solved is kept in {job.part}: the same command goes on from there"
+            if job.part.exists()
+            else f"nothing is kept before the first {job.chunk} tasks are solved",
+            soft_wrap=True,
+        )
+        raise
 
 
 def solve_rest(job: Job, solved: Solutions | None, screen: Console) -> Solutions:
@@ -168,11 +177,16 @@ def _searches(job: Job, done: int, bar: Progress, line: TaskID) -> Iterator[Solu
 def _descents(job: Job, done: int) -> Iterator[Solutions]:
     """Yield chunk after chunk, each solved by a process of its own."""
     chunks = ((job.problem, seed, job.effort, tasks) for seed, tasks in job.chunks(done))
-    with get_context("spawn").Pool(initializer=work_alone) as pool:  # ends them when it is left
+    with workers() as pool:
         yield from pool.imap(_solve_chunk, chunks)
 
 
-def work_alone() -> None:
+def workers() -> Pool:
+    """Return a process for each core; whoever leaves them ends them."""
+    return get_context("spawn").Pool(initializer=_work_alone)
+
+
+def _work_alone() -> None:
     """Leave the other cores and Ctrl-C to others."""
     import numba
 

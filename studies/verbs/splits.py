@@ -80,9 +80,9 @@ def _make(problem: DesignProblem, split: str, folder: Path) -> None:
     )
     solved = solve(job, screen)
     if problem.declared.neighbours:
-        solved = from_neighbours(problem, solved, screen, _known(problem, split, folder))
+        solved = from_neighbours(job, solved, screen, _known(problem, split, folder))
     if problem.declared.evolutions and split != "train":
-        solved = from_evolution(problem, solved, screen)
+        solved = from_evolution(job, solved, screen)
     Pool.from_solutions(solved, drawn.starts, problem, job.command).save(path)
     write_manifest(
         manifest(folder) | {path.name: Entry(sha256(path), solved.evaluations, solved.seconds)},
