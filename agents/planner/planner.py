@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pkm_gym.agents.designers.memory import Memory
 from pkm_gym.agents.planner.belief import Belief, believe, slopes_of_terms, terms
+from pkm_gym.agents.planner.nearby import Nearby, best_basin
+from pkm_gym.agents.planner.slack import Local, least
 from pkm_gym.agents.planner.surrogate import Surrogate
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import FloatArray
@@ -26,10 +27,9 @@ DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no bet
 AFAR = 4.0  # shares of the range that are searched for each unit by which all break a constraint
 FARTHEST = 0.5
 CENTRES = 2  # times that the quadratics are moved to the design that they propose
-SLACK = 10.0  # price of a broken constraint, in log merit
 IN_REACH = 6.0  # deviations below its limit, within which a piece may matter
 INSIDE = 1e-12
-PRECISION, ITERATIONS = 1e-13, 60
+PRECISION = 1e-13
 ASIDE = (1e-3, 1e-2)  # starts of an optimistic search: at the centre its function has a cusp
 
 
@@ -39,9 +39,11 @@ class Planner:
 
     Attributes:
         surrogate: of the problem.
+        nearby: optima in whose basins a session may begin; None: it begins at its start.
     """
 
     surrogate: Surrogate
+    nearby: Nearby | None = None
 
     def propose(self, memory: Memory) -> FloatArray:
         """Return the designs (n, d) to evaluate next, one for each session."""
@@ -52,7 +54,7 @@ class Planner:
 
     def tensors(self) -> dict[str, Any]:
         """Return all arrays by name, for a file."""
-        return self.surrogate.tensors()
+        return self.surrogate.tensors() | (self.nearby.tensors() if self.nearby else {})
 
     def settings(self) -> dict[str, Any]:
         """Return what else a file has to hold."""
@@ -61,7 +63,8 @@ class Planner:
     @classmethod
     def of_tensors(cls, problem: DesignProblem, tensors: Mapping[str, Any]) -> Planner:
         """Return the planner of what ``tensors()`` returned."""
-        return cls(Surrogate.of_tensors(problem, tensors))
+        surrogate = Surrogate.of_tensors(problem, tensors)
+        return cls(surrogate, Nearby.of_tensors(surrogate, tensors))
 
     def _place(self, memory: Memory, row: int) -> FloatArray:
         """Return the place (d,) in the unit cube that one session tries next."""
@@ -71,6 +74,8 @@ class Planner:
         places = (memory.designs[row, :count] - low) / span
         told = self.surrogate.told(memory.log_merit[row, :count], memory.constraints[row, :count])
         home = (memory.answer.designs[row] - low) / span
+        if self.nearby and not count:
+            home = best_basin(self.surrogate, self.nearby, point)
         outputs = told if count else self.surrogate.pieces(point, home[None]).values.max(axis=2)
         trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(outputs))
         bounds = np.maximum(0.0, home - trust), np.minimum(1.0, home + trust)
@@ -102,37 +107,23 @@ def plan(
     merit, doubt = belief.mean[0, 0], belief.covariance[0, 0]
     hope = max(0.0, -caution)
 
-    def objective(x: FloatArray) -> tuple[float, FloatArray]:
-        basis, slopes = terms(x[:d]), slopes_of_terms(x[:d])
-        reached = doubt @ basis
-        deviation = np.sqrt(max(basis @ reached, INSIDE**2))
-        slope = slopes @ (merit - hope * reached / deviation)
-        return float(merit @ basis - hope * deviation + SLACK * x[d]), np.r_[slope, SLACK]
+    def expected(way: FloatArray) -> Local:
+        basis, slopes = terms(way), slopes_of_terms(way)
+        doubted, reached = doubt @ basis, covariance @ basis
+        deviation = np.sqrt(max(basis @ doubted, INSIDE**2))
+        deviations = np.sqrt(np.maximum(reached @ basis, INSIDE**2))
+        return Local(
+            float(merit @ basis - hope * deviation),
+            slopes @ (merit - hope * doubted / deviation),
+            mean @ basis + cautions * deviations + INSIDE,
+            (mean + (cautions / deviations)[:, None] * reached) @ slopes.T,
+        )
 
-    def room(x: FloatArray) -> FloatArray:
-        basis = terms(x[:d])
-        deviation = np.sqrt(np.maximum(basis @ covariance @ basis, INSIDE**2))
-        left: FloatArray = x[d] - mean @ basis - cautions * deviation - INSIDE
-        return left
-
-    def room_slopes(x: FloatArray) -> FloatArray:
-        basis, slopes = terms(x[:d]), slopes_of_terms(x[:d])
-        reached = covariance @ basis
-        deviation = np.sqrt(np.maximum(reached @ basis, INSIDE**2))
-        slope = (mean + (cautions / deviation)[:, None] * reached) @ slopes.T
-        return np.c_[-slope, np.ones(len(slope))]
-
-    settings: dict[str, Any] = {
-        "jac": True,
-        "method": "SLSQP",
-        "bounds": [*zip(low, high, strict=True), (0.0, None)],
-        "constraints": {"type": "ineq", "fun": room, "jac": room_slopes},
-        "options": {"ftol": PRECISION, "maxiter": ITERATIONS},
-    }
-    begun = [np.r_[np.clip(start, low, high), ASIDE[0]] for start in _starts(d, hope)]
-    results = [minimize(objective, start, **settings) for start in begun]
-    best = min(results, key=lambda result: float(result.fun))
-    place: FloatArray = centre + np.clip(best.x[:d], low, high)
+    ends = [
+        least(expected, np.clip(start, low, high), low, high, slack=ASIDE[0], precision=PRECISION)
+        for start in _starts(d, hope)
+    ]
+    place: FloatArray = centre + min(ends, key=lambda end: end[1])[0]
     return place
 
 

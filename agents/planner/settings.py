@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-LEAST = {"updates": 1, "batch_size": 2, "width": 1, "pieces": 1, "splits": 0}
+NEAREST = 1e-3  # from an optimum, of samples; a share of the range
+LEAST = {"updates": 1, "batch_size": 2, "width": 1, "pieces": 1, "splits": 0, "tasks": 0}
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,10 @@ class Settings:
         width: of the two hidden layers.
         pieces: of each constraint.
         splits: how often a piece that speaks alone is split, in the first part of the updates.
+        tasks: from which the samples are: so many that are drawn from the Family, each sampled near
+            the optimum of a solved task nearby; 0: the solved ones themselves. With drawn ones the
+            designer begins in the best basin that the surrogate sees, else where ``starts`` says.
+        farthest: how far from the optimum samples are, at most, a share of the range.
     """
 
     updates: int = 20_000
@@ -29,6 +34,8 @@ class Settings:
     width: int = 64
     pieces: int = 4
     splits: int = 30
+    tasks: int = 0
+    farthest: float = 6e-2
 
     def __post_init__(self) -> None:
         """Refuse illegal settings."""
@@ -44,3 +51,7 @@ class Settings:
             )
         if not (isinstance(self.slopes, int | float) and self.slopes >= 0.0):
             raise ValueError(f"slopes is {self.slopes!r}: it must be a number from 0 on")
+        if not (isinstance(self.farthest, float) and NEAREST < self.farthest <= 1.0):
+            raise ValueError(
+                f"farthest is {self.farthest!r}: it must be a number above {NEAREST:g}, to 1"
+            )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pkm_gym.agents.designers.designer import Policy
+from pkm_gym.agents.planner.nearby import Nearby
 from pkm_gym.agents.planner.planner import Planner
 from pkm_gym.agents.planner.samples import draw
 from pkm_gym.agents.planner.settings import Settings
@@ -61,19 +62,24 @@ class SurrogateTrainer(Trainer[Policy]):
         pool, recipe, seed = self.course.pool, self.run.recipe, self.run.seed
         if pool is None:
             raise ValueError("a model is trained on solved tasks: give --pool FILE.npz")
-        tasks = int(pool.solvable.sum())
+        settings = Settings(**recipe.algorithm)
+        tasks = settings.tasks or int(pool.solvable.sum())
         if recipe.steps < 2 * tasks:
-            raise ValueError(
-                f"steps is {recipe.steps}: {tasks} solved tasks need at least {2 * tasks}"
-            )
+            raise ValueError(f"steps is {recipe.steps}: {tasks} tasks need at least {2 * tasks}")
         generator = np.random.default_rng(seed)
-        samples = draw(self.course.problem, pool, recipe.steps // tasks, generator)
-        return SurrogateTraining(self.course.problem, samples, Settings(**recipe.algorithm), seed)
+        samples = draw(self.course.problem, pool, settings, recipe.steps, generator)
+        return SurrogateTraining(self.course.problem, samples, settings, seed)
 
     def _keep(self, training: SurrogateTraining, path: Path) -> None:
-        reached = self.score(Planner(training.surrogate()), self._steps(training))
+        reached = self.score(self._planner(training), self._steps(training))
         training.save(path, self.best)
         self.scored(reached)
+
+    def _planner(self, training: SurrogateTraining) -> Planner:
+        """Return the designer's policy; with drawn tasks it knows the optima of those solved."""
+        pool = self.course.pool if training.settings.tasks else None
+        nearby = None if pool is None else Nearby.of_pool(self.course.problem, pool)
+        return Planner(training.surrogate(), nearby)
 
     def _steps(self, training: SurrogateTraining) -> int:
         """Return the share of the evaluations that the updates done have made use of."""

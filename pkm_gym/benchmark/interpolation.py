@@ -55,16 +55,14 @@ class Cubic:
         as near if their values are.
         """
         n, m = points.shape
-        slopes = np.linalg.lstsq(np.c_[np.ones(n), points], values)[0][1:]
-        size = np.linalg.norm(slopes, axis=1)
-        stretch = np.maximum(size / max(size.max(), TINY), LEAST_STRETCH)
-        nodes = points * stretch
+        stretched = stretch(points, values)
+        nodes = points * stretched
         polynomial = np.c_[np.ones(n), nodes]
         matrix = np.block(
             [[_cubes(nodes, nodes), polynomial], [polynomial.T, np.zeros((m + 1, m + 1))]]
         )
         right = np.vstack([values, np.zeros((m + 1, values.shape[1]))])
-        return cls(points, stretch, np.linalg.solve(matrix, right))
+        return cls(points, stretched, np.linalg.solve(matrix, right))
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return the values (n, k) at points (n, m)."""
@@ -249,6 +247,16 @@ class Between:
 
 
 _folded: dict[bytes, FloatArray] = {}
+
+
+def stretch(points: FloatArray, values: FloatArray) -> FloatArray:
+    """Return by what to multiply each coordinate (m,) of points (n, m) with values (n, k).
+
+    By how strongly the values react to it, so that points count as near if their values are.
+    """
+    slopes = np.linalg.lstsq(np.c_[np.ones(len(points)), points], values)[0][1:]
+    size = np.linalg.norm(slopes, axis=1)
+    return np.maximum(size / max(size.max(), TINY), LEAST_STRETCH)
 
 
 def task_points(problem: View | ProblemStatement, tasks: FloatArray) -> FloatArray:

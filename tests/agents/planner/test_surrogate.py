@@ -71,6 +71,9 @@ def test_what_is_told_is_the_value_without_the_penalty(surrogate):
         ("learning_rate", 0.1, "learning_rate is 0.1: it must be two numbers"),
         ("learning_rate", [1e-5, 1e-3], "learning_rate is .*: it must be two numbers"),
         ("slopes", -1.0, "slopes is -1.0: it must be a number from 0 on"),
+        ("tasks", -1, "tasks is -1: it must be a whole number from 0 on"),
+        ("farthest", 1e-3, "farthest is 0.001: it must be a number above 0.001, to 1"),
+        ("farthest", "far", "farthest is 'far': it must be a number"),
     ],
 )
 def test_an_illegal_setting_is_refused(name, value, sentence):
@@ -81,13 +84,10 @@ def test_an_illegal_setting_is_refused(name, value, sentence):
 @pytest.fixture(scope="module")
 def training() -> SurrogateTraining:
     problem, pool = load_split("diamond", "val")
-    samples = draw(problem, pool.first(40), 32, np.random.default_rng(0))
-    return SurrogateTraining(
-        problem,
-        samples,
-        Settings(updates=200, batch_size=64, width=8, pieces=3),
-        seed=0,
-    )
+    first, settings = pool.first(40), Settings(updates=200, batch_size=64, width=8, pieces=3)
+    steps = 32 * int(first.solvable.sum())
+    samples = draw(problem, first, settings, steps, np.random.default_rng(0))
+    return SurrogateTraining(problem, samples, settings, seed=0)
 
 
 def test_samples_show_what_depends_on_what(training):
