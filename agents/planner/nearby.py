@@ -23,6 +23,7 @@ from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.types import FloatArray
 
 NEAREST = 24  # optima that are descended from
+APART = 0.05  # of two basins, a share of the range
 REACH = 0.3  # how far such a descent leads at most, a share of the range
 PRECISION = 1e-6  # of its end, in log merit
 ARRAYS = ("points", "places")
@@ -83,10 +84,16 @@ class Nearby:
         return KDTree(self.points * self._stretch)
 
 
-def best_basin(surrogate: Surrogate, nearby: Nearby, point: FloatArray) -> FloatArray:
-    """Return the place (d,) to which the best of the descents leads, for a task's point (m,)."""
+def new_basin(
+    surrogate: Surrogate, nearby: Nearby, point: FloatArray, places: FloatArray, home: FloatArray
+) -> FloatArray:
+    """Return the place (d,) to which the best of the descents leads, away from places (n, d).
+
+    Where none leads away from them, that is ``home`` (d,).
+    """
     ends = [descend(surrogate, point, start) for start in nearby.of(point[None])[0]]
-    return min(ends, key=lambda end: end[1])[0]
+    new = [end for end in ends if (np.abs(places - end[0]).max(axis=1) > APART).all()]
+    return min(new, key=lambda end: end[1], default=(home, 0.0))[0]
 
 
 def descend(surrogate: Surrogate, point: FloatArray, start: FloatArray) -> tuple[FloatArray, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pkm_gym.agents.designers.memory import Memory
 from pkm_gym.agents.planner.belief import Belief, believe, slopes_of_terms, terms
-from pkm_gym.agents.planner.nearby import Nearby, best_basin
+from pkm_gym.agents.planner.nearby import Nearby, new_basin
 from pkm_gym.agents.planner.slack import Local, least
 from pkm_gym.agents.planner.surrogate import Surrogate
 from pkm_gym.core.problem import DesignProblem
@@ -24,6 +24,7 @@ CAUTION_UNSEEN = (2.0, 1.0, -2.0, -3.0, -4.0)  # about a piece that no evaluatio
 
 TRUST = 0.05  # how far from the answer so far is searched, a share of the range
 DISTRUST = 0.5  # by which that shrinks with each evaluation that brought no better answer
+LOST = 0.02  # by which all break a constraint where another basin is tried
 AFAR = 4.0  # shares of the range that are searched for each unit by which all break a constraint
 FARTHEST = 0.5
 CENTRES = 2  # times that the quadratics are moved to the design that they propose
@@ -73,17 +74,18 @@ class Planner:
         point = self.surrogate.point(memory.tasks[row])
         places = (memory.designs[row, :count] - low) / span
         told = self.surrogate.told(memory.log_merit[row, :count], memory.constraints[row, :count])
-        home = (memory.answer.designs[row] - low) / span
-        if self.nearby and not count:
-            home = best_basin(self.surrogate, self.nearby, point)
-        outputs = told if count else self.surrogate.pieces(point, home[None]).values.max(axis=2)
-        trust = max(TRUST * DISTRUST ** _failures(memory, row), _way(outputs))
+        home, began = (memory.answer.designs[row] - low) / span, count
+        if self.nearby and _broken(told) > LOST:
+            home, began = new_basin(self.surrogate, self.nearby, point, places, home), 0
+        outputs = told if began else self.surrogate.pieces(point, home[None]).values.max(axis=2)
+        failed = began - int(memory.improved[row]) if began else 0
+        trust = max(TRUST * DISTRUST**failed, min(FARTHEST, AFAR * _broken(outputs)))
         bounds = np.maximum(0.0, home - trust), np.minimum(1.0, home + trust)
         centre, speakers = home, None
         for _ in range(CENTRES):
             belief = believe(self.surrogate, point, places, told, centre, speakers)
             speakers = belief.speakers
-            centre = plan(belief, *bounds, _at(CAUTION, count), _at(CAUTION_UNSEEN, count))
+            centre = plan(belief, *bounds, _at(CAUTION, began), _at(CAUTION_UNSEEN, began))
         return centre
 
 
@@ -147,15 +149,10 @@ def _starts(d: int, hope: float) -> list[FloatArray]:
     return [generator.uniform(-way, way, d) for way in ASIDE]
 
 
-def _failures(memory: Memory, row: int) -> int:
-    """Return how many evaluations of a session were no better than the answer before."""
-    return int(memory.evaluations[row] - memory.improved[row])
-
-
-def _way(outputs: FloatArray) -> float:
-    """Return how far something feasible may be from designs with such outputs (n, outputs)."""
+def _broken(outputs: FloatArray) -> float:
+    """Return by how much all designs with such outputs (n, outputs) break a constraint at least."""
     worst = np.nan_to_num(outputs[:, 1:], nan=np.inf).max(axis=1, initial=0.0)
-    return min(FARTHEST, AFAR * float(worst.min()))
+    return float(worst.min(initial=np.inf))
 
 
 def _at(schedule: tuple[float, ...], count: int) -> float:

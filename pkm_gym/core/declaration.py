@@ -93,6 +93,7 @@ class Declaration:
         finer: options under which limits are looked for more closely: machines that are drawn to
             be built and driven hold theirs there, too.
         neighbours: from how many neighbours' optima descents to each task of a split start besides.
+        rounds: how often they do to the training tasks; None: until no new optimum is found.
         evolutions: from how many evolutions' answers descents to each task of val, test and ood
             start besides.
         thorough: the ``effort`` of searches of train, and of those of val, test and ood.
@@ -127,6 +128,7 @@ class Declaration:
     coarse: Mapping[str, Any] = field(default_factory=dict)
     finer: Mapping[str, Any] = field(default_factory=dict)
     neighbours: int = 0
+    rounds: int | None = None
     evolutions: int = 0
     thorough: tuple[int, int] = (0, 0)
     splits: Mapping[str, int] = field(default_factory=lambda: dict(SPLITS))

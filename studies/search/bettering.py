@@ -34,7 +34,7 @@ def from_neighbours(
         solved: its tasks.
         screen: where the progress is shown.
         known: tasks (n, m) and optima (n, d) of another split; if not given, a task's neighbours
-            are among ``solved``, round after round until no new optimum is found.
+            are among ``solved``, round after round; one that was stopped is begun again.
     """
     problem = job.problem
     if known is not None:
@@ -42,11 +42,12 @@ def from_neighbours(
         return _round(job, solved, starts, _all(starts), screen, "neighbours")[0]
     rows = np.flatnonzero(solved.solvable)
     nearest = rows[_nearest(problem, solved.tasks, solved.tasks[rows], own=True)]
-    asked = _all(nearest)
-    while asked.any():
+    asked, done = _all(nearest), 0
+    while asked.any() and done != problem.declared.rounds:
         starts = solved.designs[nearest]
         solved, gained = _round(job, solved, starts, asked, screen, "neighbours")
         asked = gained[nearest].any(axis=1)  # those with a neighbour whose optimum is a new one
+        done += 1
     return solved
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import NonlinearConstraint, minimize
 
-from pkm_gym.agents.planner.nearby import NEAREST, Nearby, best_basin, descend
+from pkm_gym.agents.planner.nearby import APART, NEAREST, Nearby, descend, new_basin
 from pkm_gym.agents.planner.planner import Planner
 from pkm_gym.agents.planner.surrogate import Pieces
 from pkm_gym.benchmark.splits import load_split
@@ -79,10 +79,15 @@ def test_what_cannot_be_kept_is_priced():
     assert price == pytest.approx(10.0 * 0.41 + Hollows().pieces(None, place[None]).values[0, 0, 0])
 
 
-def test_the_deeper_basin_is_chosen():
+def test_the_deeper_basin_is_tried_first_then_the_other():
     nearby = Nearby(RNG.uniform(size=(3, 1)), np.array([[0.2, 0.2], [0.3, 0.3], [0.7, 0.25]]))
-    place = best_basin(Hollows(), nearby, np.zeros(1))
-    assert np.linalg.norm(place - HOLLOWS[1]) < np.linalg.norm(place - HOLLOWS[0])
+    tried, home = np.empty((0, 2)), np.array([0.9, 0.9])
+    deeper = new_basin(Hollows(), nearby, np.zeros(1), tried, home)
+    assert np.linalg.norm(deeper - HOLLOWS[1]) < np.linalg.norm(deeper - HOLLOWS[0])
+    other = new_basin(Hollows(), nearby, np.zeros(1), deeper[None] + 0.9 * APART, home)
+    np.testing.assert_allclose(other, HOLLOWS[0], atol=0.03)
+    last = new_basin(Hollows(), nearby, np.zeros(1), np.array([deeper, other]), home)
+    np.testing.assert_array_equal(last, home)
 
 
 def test_a_planner_that_knows_optima_begins_there_whatever_its_start(random_planner):
