@@ -53,6 +53,15 @@ def test_a_trot_moves_for_a_period(run, tmp_path):
     assert all((one != other).any() for one, other in pairwise(frames))
 
 
+@pytest.mark.slow
+def test_a_push_swings_both_layouts(run, tmp_path):
+    done = run("pss5_upu", "--only", "pushed", "--out", "there")
+    assert done.exit_code == 0, done.output
+    with Image.open(tmp_path / "there" / "pushed.gif") as movie:
+        assert movie.n_frames > 30  # pictures alike are one
+        assert movie.info["loop"] == 0
+
+
 def test_the_verb_writes_what_it_says(run, tmp_path):
     done = run("diamond", "--only", "cycle", "--only", "printed")
     assert done.exit_code == 0, done.output

@@ -75,7 +75,8 @@ def push(problem: DesignProblem) -> Figure:
 def pushed_frames(problem: DesignProblem) -> Iterator[Figure]:
     """Draw both machines while a force swings along x, a figure a frame."""
     del problem
-    shares = np.sin(2.0 * np.pi * np.arange(FRAMES) / FRAMES)
+    phases = np.arange(FRAMES) + 0.5  # never without a force: at home nothing would bring it to rest
+    shares = np.sin(2.0 * np.pi * phases / FRAMES)
     with imported(CAMERA)(WIDE, HIGH) as camera:
         stands = {
             title: (_Stand(machine, camera), pushed(machine, FORCE * shares))
