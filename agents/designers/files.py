@@ -10,8 +10,6 @@ from pathlib import Path
 from reprlib import repr as short
 from typing import Any
 
-from safetensors.numpy import save
-
 from pkm_gym.agents.designers.designer import Centre, Designer, Policy
 from pkm_gym.agents.planner.planner import Planner
 from pkm_gym.agents.runs.files import Origin, read_pair, write_pair
@@ -88,7 +86,6 @@ def write_designer(
     interpolated = isinstance(designer.starts, Interpolation)
     if isinstance(designer.starts, Interpolation):
         tensors |= designer.starts.tensors()
-    weights = save(tensors)
     config = {
         "problem": lasting(designer.problem),
         "arguments": dict(arguments),
@@ -99,7 +96,7 @@ def write_designer(
         "policy": policy.settings(),
         "origin": asdict(origin),
     }
-    write_pair(path, config, weights)
+    write_pair(path, config, tensors)
 
 
 def read_designer(path: Path, *, older: bool = False) -> tuple[Designer, Origin]:

@@ -138,7 +138,7 @@ class Surrogate:
         arrays = {name: getattr(self, name) for name in ARRAYS}
         arrays |= {f"weight.{i}": array for i, array in enumerate(self.weights)}
         arrays |= {f"bias.{i}": array for i, array in enumerate(self.biases)}
-        single = {n: np.ascontiguousarray(array, dtype=np.float32) for n, array in arrays.items()}
+        single = {name: array.astype(np.float32) for name, array in arrays.items()}
         return {"columns": self.columns.astype(np.int64), **single}
 
     @classmethod

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from safetensors import SafetensorError
-from safetensors.numpy import load
+from safetensors.numpy import load, save
 
 from pkm_gym.core.files import read_bytes, whole_file
 from pkm_gym.core.reading import about, read_json, shaped
@@ -54,11 +54,13 @@ class Origin:
     pool: int | None = None
 
 
-def write_pair(path: Path, config: Mapping[str, Any], weights: bytes) -> None:
-    """Write a configuration and, beside it, the weights whose sha256 it records.
+def write_pair(path: Path, config: Mapping[str, Any], tensors: Mapping[str, Any]) -> None:
+    """Write a configuration and, beside it, the arrays whose sha256 it records.
 
     Each of the two files appears whole or not at all.
     """
+    # safetensors writes an array's memory as it lies, whatever its strides
+    weights = save({name: np.ascontiguousarray(array) for name, array in tensors.items()})
     whole = {"format": FORMAT, **config, "sha256": hashlib.sha256(weights).hexdigest()}
     with whole_file(path.with_suffix(WEIGHTS)) as part:
         part.write_bytes(weights)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gymnasium.envs.registration import EnvSpec
-from safetensors.numpy import save
 
 from pkm_gym.agents.runs.files import Origin, read_pair, write_pair
 from pkm_gym.agents.runs.recipe import Recipe
@@ -97,7 +96,7 @@ class MotionCourse:
             "network": policy.settings(),
             "origin": asdict(origin),
         }
-        write_pair(path, config, save(policy.tensors()))
+        write_pair(path, config, policy.tensors())
 
 
 def motion_course(

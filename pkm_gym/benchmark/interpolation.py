@@ -166,7 +166,7 @@ class Interpolation:
     def tensors(self) -> dict[str, Any]:
         """Return all arrays by name, for a file."""
         return {
-            f"starts.{i}.{name}": np.ascontiguousarray(array)
+            f"starts.{i}.{name}": array
             for i, part in enumerate(self.parts)
             for name, array in zip(
                 PART,

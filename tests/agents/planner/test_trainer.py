@@ -9,12 +9,14 @@ import pytest
 import torch
 
 from pkm_gym.agents.designers.files import read_designer
+from pkm_gym.agents.planner.nearby import Nearby
 from pkm_gym.agents.planner.planner import Planner
 from pkm_gym.agents.planner.trainer import SurrogateTrainer
 from pkm_gym.agents.runs.course import design_course
 from pkm_gym.agents.runs.recipe import read_recipe
 from pkm_gym.agents.runs.run import BEST, CHECKPOINT, SCORES, Run
 from pkm_gym.agents.runs.trainer import Stopped
+from pkm_gym.benchmark.interpolation import task_points
 from pkm_gym.benchmark.splits import load_split
 
 FAMILY = "PKM/DiamondFamily-v0"
@@ -44,6 +46,11 @@ def prepared(pools, tmp_path):
     return made
 
 
+def kept(course):
+    """Return the solvable tasks of its pool."""
+    return course.pool.tasks[course.pool.solvable]
+
+
 def test_training_writes_its_folder(prepared):
     run, course = prepared("checkpoints=2")
     best = SurrogateTrainer(run, course).train()
@@ -55,6 +62,22 @@ def test_training_writes_its_folder(prepared):
     assert origin.score == best
     assert origin.pool == len(course.pool)
     assert designer.rules.budget == 12
+
+
+def test_with_tasks_drawn_it_learns_around_optima_nearby_and_begins_there(prepared):
+    run, course = prepared("algorithm.tasks=200", "algorithm.farthest=0.2", "starts=centre")
+    trainer = SurrogateTrainer(run, course)
+    samples = trainer.begin().samples
+    assert samples.places.shape == (200, 10, 3)
+    optima = Nearby.of_pool(course.problem, course.pool).of(samples.points)
+    apart = np.linalg.norm(samples.places[:, None] - optima[:, :, None], axis=3).min(axis=1)
+    assert (apart <= samples.distances + 1e-12).all()  # clipped to the box they are nearer
+    assert 0.1 < samples.distances.max() <= 0.2
+    trainer.train()
+    designer, _ = read_designer(run.folder / BEST)
+    np.testing.assert_array_equal(
+        designer.policy.nearby.points, task_points(course.problem, kept(course))
+    )
 
 
 @pytest.mark.parametrize("updates", [100, 200])

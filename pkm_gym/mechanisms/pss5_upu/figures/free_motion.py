@@ -75,7 +75,7 @@ def push(problem: DesignProblem) -> Figure:
 def pushed_frames(problem: DesignProblem) -> Iterator[Figure]:
     """Draw both machines while a force swings along x, a figure a frame."""
     del problem
-    phases = np.arange(FRAMES) + 0.5  # never without a force: at home nothing would bring it to rest
+    phases = np.arange(FRAMES) + 0.5  # never without a force: nothing would bring it to rest
     shares = np.sin(2.0 * np.pi * phases / FRAMES)
     with imported(CAMERA)(WIDE, HIGH) as camera:
         stands = {
