@@ -154,9 +154,9 @@ def run(
     todo = np.setdiff1d(rows, done.rows)
     chunks = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
     for part in _parts(setting, chunks, jobs):
-        regrets(part, problem, split)  # refuses what beats an optimum
         done = done.joined(part)
         keep(done)
+        regrets(part, problem, split)  # refuses what beats an optimum
     return done.only(np.sort(rows))
 
 

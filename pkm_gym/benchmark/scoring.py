@@ -17,6 +17,7 @@ from pkm_gym.benchmark.record import EvaluationLog
 from pkm_gym.core.pool import Pool
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.types import BoolArray, FloatArray
+from pkm_gym.mechanisms import called
 
 SCORED = 12  # evaluations that the headline score looks at
 FLOOR = 1e-8  # the regret that counts as none
@@ -63,7 +64,8 @@ def regrets(log: EvaluationLog, problem: DesignProblem, split: Pool) -> FloatArr
         raise ValueError(
             f"{log.setting.method} beats the certified optimum of {log.setting.split} task "
             f"{rows[i]} of {problem.name} by {-last[i]:.3g} in log merit: the optimum is "
-            "wrong, or the design was not evaluated as the benchmark does; please report it"
+            "wrong, or the design was not evaluated as the benchmark does; please report it "
+            f"(`pkm-gym splits {called(problem)} --from LOG.npz` takes it over into the split)"
         )
     return lowest
 

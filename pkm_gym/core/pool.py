@@ -85,6 +85,12 @@ class Pool:
             command=command,
         )
 
+    def solutions(self, problem: DesignProblem, evaluations: int, seconds: float) -> Solutions:
+        """Return the solutions that it was made of, and what they are said to have cost."""
+        kept = {name: getattr(self, name) for name in ARRAYS if name != "starts"}
+        log_merit = problem.evaluate(self.designs, self.tasks).log_merit
+        return Solutions(**kept, log_merit=log_merit, evaluations=evaluations, seconds=seconds)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the pool; the file appears whole or not at all."""
         write_npz(path, {name: getattr(self, name) for name in ARRAYS + TEXTS})

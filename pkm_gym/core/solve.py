@@ -168,9 +168,10 @@ def improved(
     began = time.process_time()
     best = Search(solved.designs.copy(), solved.log_merit.copy(), solved.solvable.copy())
     generator = np.random.default_rng(0)  # a descent from a given start draws nothing
-    evaluations = 0
+    search, evaluations = _search(problem), 0
+    radius = 1.0 if search is descend else NEAR  # over which a population is spread
     for k in range(starts.shape[1]):
-        ends = descend(problem, solved.tasks, generator, near=starts[:, k], radius=1.0)
+        ends = search(problem, solved.tasks, generator, near=starts[:, k], radius=radius)
         best = _better(best, ends)
         evaluations += ends.evaluations
     gained = best.solvable & (~solved.solvable | (best.log_merit < solved.log_merit - AGREEMENT))

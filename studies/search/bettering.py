@@ -1,7 +1,8 @@
 """Tasks solved once more, from other starts: what their searches had missed.
 
-From the optima of tasks nearby, and from what differential evolution finds: a basin to which hardly
-a descent leads, since most end where a limit can't be kept, may be easy for a population.
+From the optima of tasks nearby; from what differential evolution finds: a basin to which hardly a
+descent leads, since most end where a limit can't be kept, may be easy for a population; and from
+what a method of the benchmark has found.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from rich.console import Console
 
+from pkm_gym.benchmark.record import EvaluationLog
 from pkm_gym.core.evolution import evolve
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.core.solve import ARRAYS, Solutions, improved
@@ -70,6 +72,18 @@ def from_evolution(job: Job, solved: Solutions, screen: Console) -> Solutions:
     return replace(
         better, evaluations=better.evaluations + evaluations, seconds=better.seconds + seconds
     )
+
+
+def from_log(job: Job, solved: Solutions, screen: Console, log: EvaluationLog) -> Solutions:
+    """Return solutions of tasks with what descents from the best designs of a log find better."""
+    starts, asked = solved.designs.copy(), np.zeros(len(solved.tasks), dtype=bool)
+    for row, designs, count in zip(log.rows, log.designs, log.counts, strict=True):
+        if count:
+            tasks = np.repeat(solved.tasks[row][None], count, axis=0)
+            found = job.problem.evaluate(designs[:count], tasks)
+            starts[row], asked[row] = found.designs[found.log_merit.argmin()], True
+    words = f"what {log.setting.method} found"
+    return _round(job, solved, starts[:, None], asked, screen, words)[0]
 
 
 def _all(rows: np.ndarray) -> BoolArray:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pkm_gym.benchmark import SPLITS, EvaluationLog, load_split
+from pkm_gym.benchmark.splits import Entry, manifest, sha256, write_manifest
 from pkm_gym.core.pool import Pool
 from pkm_gym.mechanisms import family_problem
 
@@ -148,6 +150,50 @@ def test_mistakes_are_answered_in_one_sentence(run, words, sentence):
     assert result.exit_code == 2
     assert sentence in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_an_optimum_that_is_beaten_is_bettered_from_the_log(run, tmp_path):
+    problem, split = load_split("diamond", "val")
+    split = split.only(np.flatnonzero(split.solvable)[:3])
+    ways = 0.01 * (problem.high - problem.low) * np.random.default_rng(0).normal(size=(200, 3))
+    around = np.clip(split.designs[1] + ways, problem.low, problem.high)
+    kept = problem.evaluate(around, np.repeat(split.tasks[1:2], 200, axis=0)).feasible
+    worse = np.array([split.designs[0], around[kept.argmax()], split.designs[2]])
+    found = problem.evaluate(worse, split.tasks)
+    assert found.feasible.all()
+    folder, path = tmp_path / "mine", tmp_path / "mine" / "diamond_val.npz"
+    replace(split, designs=worse, optima=found.objectives[:, 0]).save(path)
+    load_split("diamond", "train")[1].save(folder / "diamond_train.npz")
+    write_manifest({p.name: Entry(sha256(p), 100, 1.0) for p in folder.iterdir()}, folder)
+    words = ("diamond", "--split", "val", "--folder", folder, "--method", "designer", "--jobs", 1)
+    stopped = run("benchmark", *words)
+    assert stopped.exit_code == 2
+    assert "designer beats the certified optimum of val task 1 of diamond by" in stopped.stderr
+    (log,) = FOLDER.glob("designer-*.npz")
+    done = run("splits", "diamond", "--from", log, "-o", folder)
+    assert done.exit_code == 0, done.output
+    assert "from what designer found: 1 of 3 optima bettered" in done.stdout
+    better = load_split("diamond", "val", folder)[1]
+    np.testing.assert_array_equal(better.certified, [True, False, True])
+    np.testing.assert_allclose(better.optima, split.optima, rtol=1e-9)
+    np.testing.assert_array_equal(better.designs[[0, 2]], split.designs[[0, 2]])
+    assert manifest(folder)[path.name].evaluations > 100
+    assert run("benchmark", *words).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("diamond", "--from", "none.npz"), "none.npz' does not exist"),
+        (("spr3", "--from", "log.npz"), "is a log of diamond, or of another version of it"),
+        (("diamond", "--from", "log.npz", "--split", "test"), "one split at a time, not test, val"),
+    ],
+)
+def test_logs_that_better_no_split_are_refused(run, refused, words, sentence):
+    few = ("--split", "val", "--tasks", 1, "--evaluations", 2, "--jobs", 1)
+    assert run("benchmark", "diamond", "--method", "random", *few).exit_code == 0
+    (FOLDER / "random-2-seed0.npz").rename("log.npz")
+    assert sentence in refused("splits", *words)
 
 
 def test_score_refuses_what_is_no_log(run, tmp_path):
