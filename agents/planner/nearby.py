@@ -23,7 +23,7 @@ from pkm_gym.core.reading import check_arrays
 from pkm_gym.core.types import FloatArray
 
 NEAREST = 24  # optima that are descended from
-APART = 0.05  # of two basins, a share of the range
+APART = 0.1  # of two basins, a share of the range: farther than a plan goes at first
 REACH = 0.3  # how far such a descent leads at most, a share of the range
 PRECISION = 1e-6  # of its end, in log merit
 ARRAYS = ("points", "places")

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import NonlinearConstraint, minimize
 
 from pkm_gym.agents.planner.nearby import APART, NEAREST, Nearby, descend, new_basin
-from pkm_gym.agents.planner.planner import Planner
+from pkm_gym.agents.planner.planner import TRUST, Planner
 from pkm_gym.agents.planner.surrogate import Pieces
 from pkm_gym.benchmark.splits import load_split
 
@@ -88,6 +88,10 @@ def test_the_deeper_basin_is_tried_first_then_the_other():
     np.testing.assert_allclose(other, HOLLOWS[0], atol=0.03)
     last = new_basin(Hollows(), nearby, np.zeros(1), np.array([deeper, other]), home)
     np.testing.assert_array_equal(last, home)
+
+
+def test_what_a_first_plan_reaches_is_no_new_basin():
+    assert APART > TRUST
 
 
 def test_a_planner_that_knows_optima_begins_there_whatever_its_start(random_planner):
