@@ -5,7 +5,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 MECHANISMS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6 pus6_layout pss5_upu pss5_upu_skew
-BENCHMARKS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6_layout
+BENCHMARKS ?= diamond spr3 spr3_cylinder stroke_leg stroke_leg_gait pus6_layout pss5_upu_skew
 
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt

@@ -29,7 +29,7 @@ def test_what_is_shipped_is_what_is_drawn_bit_for_bit(shipped, split):
     np.testing.assert_array_equal(pool.tasks, drawn.tasks)
     np.testing.assert_array_equal(pool.starts, drawn.starts)
     assert len(pool) == problem.declared.splits[split]
-    assert pool.command == f"pkm-gym splits {problem.name} --split {split}"
+    assert pool.command.partition(" --from")[0] == f"pkm-gym splits {problem.name} --split {split}"
 
 
 def test_no_task_is_in_two_splits(shipped):
@@ -51,11 +51,19 @@ def test_optima_lie_inside_every_limit_and_are_worth_what_is_said(shipped, split
     assert not evaluation.feasible[~pool.solvable].any()
 
 
+def log_merits(problem, pool):
+    """Return the log merits (n,) of a pool's optima."""
+    return problem.evaluate(pool.designs, pool.tasks).log_merit
+
+
 def test_other_seeds_find_the_same_optima(shipped):
     problem, pool = shipped
     pool = pool.first(3 if problem.declared.starts else 6)
     again = solve_tasks(problem, pool.tasks, seed=987)
     np.testing.assert_array_equal(again.solvable, pool.solvable)
+    if problem.declared.searches == 1:  # most searches miss the best of so many basins
+        assert (again.log_merit >= log_merits(problem, pool) - 1e-10).all()
+        return
     kept = again.solvable
     np.testing.assert_allclose(again.optima[kept], pool.optima[kept], rtol=1e-9)
 
@@ -75,10 +83,12 @@ def test_no_other_optimiser_finds_better(shipped):
         rng=3, popsize=15 if few else 30, maxiter=100 if few else 1200, tol=0.0, polish=False,
         vectorized=True, updating="deferred",
     )  # fmt: skip
-    optimum = problem.evaluate(pool.designs[row][None], task).log_merit[0]
-    # One search ends near, no more, where more than two must agree: a problem of many basins.
+    optimum = log_merits(problem, pool)[row]
+    # One search ends near, no more, where more than two must agree: a problem of many basins. It
+    # may end in any of them where there are so many that no two searches are asked to agree.
     near = 1e-10 if problem.declared.searches == 2 and not few else 1e-5
-    assert optimum - 1e-10 <= found.fun <= optimum + near
+    assert optimum - 1e-10 <= found.fun
+    assert found.fun <= optimum + near or problem.declared.searches == 1
 
 
 def test_ood_asks_for_more_than_the_training_range_but_nothing_illegal(shipped):

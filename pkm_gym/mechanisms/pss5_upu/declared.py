@@ -317,10 +317,11 @@ PSS5_UPU_SKEW = Declaration(
     searches=1,
     starts=6,
     neighbours=8,
+    rounds=2,
     thorough=(2, 4),
     coarse={"sampling": "coarse"},
     finer={"nodes": "fine"},  # between three levels one feasible design in 15 is singular
-    splits={},  # none are made yet
+    splits={"train": 256, "val": 32, "test": 32, "ood": 32},
 )
 
 SKEW_TASK, SKEW_DESIGN = record(SkewTask), record(SkewDesign)

@@ -309,3 +309,14 @@ def test_the_family_of_the_paper_tests_two_limits_only(rng: np.random.Generator)
     assert solved.solvable.all()
     active = {problem.constraint_names[k] for k in np.flatnonzero(solved.active.any(axis=0))}
     assert active == {"transmission", "rail_start"}
+
+
+@pytest.mark.slow
+def test_that_searches_agree_is_no_proof() -> None:
+    problem = pkm_gym.make_problem("pss5_upu_skew")
+    solved = solve_tasks(problem, problem.pack(None)[None], effort=4)
+    assert solved.certified[0]  # two of sixteen searches, 96 descents
+    assert solved.optima[0] == pytest.approx(0.8096, abs=1e-4)
+    known = problem.evaluate(problem.design(problem.reference.optima["gti"].design)[None])
+    assert known.feasible[0]
+    assert known.objectives[0, 0] > solved.optima[0] + 0.02
