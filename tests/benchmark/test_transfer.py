@@ -60,7 +60,7 @@ def test_most_known_tasks_are_given_back_their_optima(shipped, pool):
     off = np.abs(found - pool.designs[rows]) / (problem.high - problem.low)
     # The others are taken for another part: more of them where several limits nearly hold at once,
     # so that searches descend from many starts.
-    share = 0.5 if problem.declared.starts else 0.8
+    share = {1: 0.3, 2: 0.5, 3: 0.5}[problem.declared.searches] if problem.declared.starts else 0.8
     assert (off.max(axis=1) < 1e-6).mean() > share
 
 
@@ -157,7 +157,7 @@ def test_the_ladder_comes_closer_than_neighbours(shipped, pool, ladder):
     share = 0.1 if len(pool) < 1000 else 0.01 if problem.declared.searches == 2 else 0.05
     assert last < share * by_neighbours
     assert last <= first
-    assert np.isfinite(found[2]).mean() > 0.9
+    assert np.isfinite(found[2]).mean() > (0.5 if problem.declared.searches == 1 else 0.9)
 
 
 def test_cobyqa_goes_on_where_the_ladder_ends(shipped, few):
