@@ -65,7 +65,10 @@ class SurrogateTrainer(Trainer[Policy]):
         settings = Settings(**recipe.algorithm)
         tasks = settings.tasks or int(pool.solvable.sum())
         if recipe.steps < 2 * tasks:
-            raise ValueError(f"steps is {recipe.steps}: {tasks} tasks need at least {2 * tasks}")
+            kind = "drawn" if settings.tasks else "solved"
+            raise ValueError(
+                f"steps is {recipe.steps}: {tasks} {kind} tasks need at least {2 * tasks}"
+            )
         generator = np.random.default_rng(seed)
         samples = draw(self.course.problem, pool, settings, recipe.steps, generator)
         return SurrogateTraining(self.course.problem, samples, settings, seed)

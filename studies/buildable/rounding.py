@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -15,9 +15,10 @@ from pkm_gym.core.types import FloatArray
 from pkm_gym.studies.buildable.dimensions import BUILT, Dimensions
 from pkm_gym.studies.buildable.lattice import Axis, Lattice
 from pkm_gym.studies.buildable.relaxed import relaxed
-from pkm_gym.studies.buildable.window import REACH, Report, Window
+from pkm_gym.studies.buildable.window import REACH, ROOMS, Report, Window
 
 POINTS = 5_000  # lattice points that are evaluated, at most
+WIDE = (3e-3, 1e-2, 3e-2)  # more room to limits, for descents from afar
 SIDES = 2  # values in stock that are tried on each side of the start's
 
 
@@ -140,4 +141,14 @@ def _centres(
     for numbers in product(*choices):
         held = dict(zip(stocked, numbers, strict=True))
         values = {k: own[k].value(number) for k, number in held.items()}  # type: ignore[union-attr]
-        yield (relaxed(dimensions, begin, values) if held else begin), held
+        yield (_begun(dimensions, begin, values) if held else begin), held
+
+
+def _begun(dimensions: Dimensions, begin: FloatArray, held: Mapping[int, float]) -> FloatArray:
+    """Return the best place (k,) found with some coordinates held.
+
+    Descents may lose their way at a kink: several are made, with more and more room to the limits.
+    """
+    ends = np.array([relaxed(dimensions, begin, held, room) for room in (*ROOMS, *WIDE)])
+    best: FloatArray = ends[dimensions.evaluate(ends).log_merit.argmin()]
+    return best

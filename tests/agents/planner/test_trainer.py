@@ -117,7 +117,7 @@ def test_without_solved_tasks_it_is_refused(tmp_path):
 
 def test_too_few_steps_are_refused(prepared):
     run, course = prepared(steps=100)
-    with pytest.raises(ValueError, match="steps is 100: 120 tasks need at least 240"):
+    with pytest.raises(ValueError, match="steps is 100: 120 solved tasks need at least 240"):
         SurrogateTrainer(run, course).train()
 
 
