@@ -1,7 +1,7 @@
-"""Poses and designs a second, and the latency of one design, against two NumPy versions.
+"""Designs a second, and the latency of one design, against two NumPy versions.
 
-All three versions measure the same poses of the same designs; ``evaluate`` reports the other
-indices, constraints and merit besides.
+These sample three indices over the workspace; ``evaluate`` finds the exact extremes, and reports
+the other indices, constraints and merit besides.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import pytest
 import pkm_gym
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms.diamond import problem as diamond
-from pkm_gym.mechanisms.diamond.indices import workspace_indices
+from pkm_gym.mechanisms.diamond.extremes import LAYERS, Workspace, workspace_indices
 
 DESIGNS = 4096
+SAMPLE = (32, 9)  # columns and rows of what NumPy samples, up to 1e-3 from the extremes
 CHUNK = 64  # designs a chunk, the fastest of 4 to 512: its arrays stay in the cache
 TRIG_FREE, PLAIN = "three indices, trig-free chunked NumPy", "three indices, plain NumPy"
 
@@ -107,17 +108,14 @@ def dimensions(problem: DesignProblem, designs: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def nodes(problem: DesignProblem) -> Arrays:
-    """The poses that the kernel samples, as shares of half the width and of the height."""
-    columns, rows = problem.options.sampling  # type: ignore[attr-defined]  # the Diamond's
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows))
+def nodes() -> Arrays:
+    """The poses that NumPy samples, as shares of half the width and of the height."""
+    x, y = np.meshgrid(*(np.linspace(0.0, 1.0, count) for count in SAMPLE))
     return x.ravel(), y.ravel()
 
 
-def count_poses(benchmark: Any, nodes: Arrays, row: str, **info: Any) -> None:
-    benchmark.extra_info.update(
-        {"row": row, "unit": "poses", "count": DESIGNS * len(nodes[0]), **info}
-    )
+def count_designs(benchmark: Any, row: str, **info: Any) -> None:
+    benchmark.extra_info.update({"row": row, "unit": "designs", "count": DESIGNS, **info})
 
 
 @pytest.mark.parametrize(("row", "version"), [(PLAIN, plain), (TRIG_FREE, trig_free)])
@@ -130,28 +128,25 @@ def test_numpy(
     row: str,
     version: Callable[..., Arrays],
 ) -> None:
-    indices = problem.evaluate(designs).indices
+    evaluation = problem.evaluate(designs)
     tau, sigma_max, sigma_min = version(dimensions, *nodes)
     inertia = [machine.I_A / machine.l1 for machine in map(problem.mechanism, designs)]  # type: ignore[attr-defined]  # the Diamond's
-    np.testing.assert_allclose(tau * inertia, indices["tau_G"], rtol=1e-6)
-    np.testing.assert_allclose(sigma_max, indices["sigma_max"], rtol=1e-9)
-    np.testing.assert_allclose(sigma_min, indices["sigma_min"], rtol=1e-6)
-    count_poses(benchmark, nodes, row)
+    regular = evaluation.quantity("sin_alpha") > 0.2
+    for sampled, name, sign in [
+        (tau * inertia, "tau_G", 1.0), (sigma_max, "sigma_max", 1.0), (sigma_min, "sigma_min", -1.0)
+    ]:  # fmt: skip
+        missed = sign * (1.0 - sampled / evaluation.quantity(name))[regular]
+        assert missed.min() > -1e-6
+        assert np.median(missed) < 1e-3
+    count_designs(benchmark, row)
     benchmark.pedantic(version, (dimensions, *nodes), rounds=7, warmup_rounds=1)
 
 
-def test_evaluate_poses(
-    benchmark: Any, problem: DesignProblem, designs: np.ndarray, nodes: Arrays
-) -> None:
+def test_evaluate(benchmark: Any, problem: DesignProblem, designs: np.ndarray) -> None:
     versus, target = {TRIG_FREE: "trig-free", PLAIN: "plain"}, ">= 8x, >= 40x"
-    row = f"evaluate, {DESIGNS} designs, all cores"
-    count_poses(benchmark, nodes, row, versus=versus, target=target)
-    benchmark.pedantic(problem.evaluate, (designs,), rounds=200, warmup_rounds=5)
-
-
-def test_evaluate_designs(benchmark: Any, problem: DesignProblem, designs: np.ndarray) -> None:
-    info = {"row": "the same in designs", "unit": "designs", "count": DESIGNS}
-    benchmark.extra_info.update(info)
+    count_designs(
+        benchmark, f"evaluate, {DESIGNS} designs, all cores", versus=versus, target=target
+    )
     benchmark.pedantic(problem.evaluate, (designs,), rounds=200, warmup_rounds=5)
 
 
@@ -170,10 +165,11 @@ def test_one_design_three_indices(benchmark: Any, problem: DesignProblem) -> Non
     eta = machine.m * machine.l1**2 / machine.I_A
     columns, rows = problem.options.sampling  # type: ignore[attr-defined]  # the Diamond's
     arguments = (
-        machine.e, machine.l1, machine.l2, machine.H, machine.b, machine.h, eta,
-        np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows), np.empty((4, columns)),
+        Workspace(machine.e, machine.l1, machine.l2, machine.H, machine.b, machine.h, eta),
+        np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows),
+        np.empty((LAYERS, rows, columns)),
     )  # fmt: skip
-    row = f"one design, {columns * rows} poses: tau_G and sigmas, serial kernel"
+    row = "one design: tau_G and sigmas, exact, serial kernel"
     latency(benchmark, row, "<= 10 µs", workspace_indices, *arguments)
 
 

@@ -173,7 +173,7 @@ def test_a_fixed_value_stands_in_the_design():
         ),
         (["task.payload=11kg"], "task.payload is 11.0: it must be a number from 0 to 10 kg"),
         (["sampling=24"], "sampling is (24,): it must be 2 whole numbers, each from 2 to 10000"),
-        (["sampling=a"], "sampling is 'a': write it like sampling=32x9"),
+        (["sampling=a"], "sampling is 'a': write it like sampling=16x7"),
         (["cycle=perhaps"], "cycle is 'perhaps': it must be true or false"),
         (
             [*LENGTHS, "task.delta=1.1"],

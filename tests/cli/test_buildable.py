@@ -10,7 +10,7 @@ import pytest
 
 from pkm_gym.studies.buildable.tolerance import SAMPLES
 
-OPTIMUM = ("--set", "lam_e=0.5787673", "lam_l=2.2826001", "gap=0.39854172")
+OPTIMUM = ("--set", "lam_e=0.578978", "lam_l=2.2841223", "gap=0.39853688")
 
 
 def test_a_rounded_design_is_a_file_that_evaluates_feasible(run):

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 import pkm_gym
 from pkm_gym.core.merit import TOLERANCE
 from pkm_gym.core.problem import DesignProblem
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
 
-# Relative errors of the default sample, at most; see the page.
-SAMPLING = {
-    "tau_G": 8e-4, "sigma_max": 6e-4, "sigma_min": 5e-4, "condition": 6e-4, "alpha_min": 6e-4,
+EXTREMES = {
+    "tau_G": ("tau", 1.0), "sigma_max": ("sigma_max", 1.0), "sigma_min": ("sigma_min", -1.0),
+    "condition": ("condition", 1.0), "sin_alpha": ("sin_alpha", -1.0),
 }  # fmt: skip
 
 
@@ -215,31 +214,101 @@ def test_poses_are_reached_exactly_where_the_margins_say(
         assert np.isfinite(machine.inverse_kinematics(border(machine, 801))).all() == whole
 
 
-@pytest.mark.parametrize("seed", [43, 44])
-def test_the_default_sampling_is_as_near_a_finer_one_as_the_page_says(
-    diamond: DesignProblem, seed: int
+@pytest.fixture(scope="module")
+def regular(diamond: DesignProblem) -> tuple[np.ndarray, np.ndarray]:
+    """Regular designs and tasks of the Family: within reach, of one assembly mode."""
+    rng = np.random.default_rng(43)
+    designs = diamond.low + (diamond.high - diamond.low) * rng.random((1000, 3))
+    tasks = diamond.draw_tasks(1000, rng)
+    indices = diamond.evaluate(designs, tasks).indices
+    kept = (indices["sigma_max"] <= 3.0) & (np.sin(indices["alpha_min"]) >= 0.1)
+    return designs[kept], tasks[kept]
+
+
+def local_index(machine: Any, name: str, poses: np.ndarray) -> np.ndarray:
+    local = machine.local_indices(poses)
+    return local["sigma_max"] / local["sigma_min"] if name == "condition" else local[name]
+
+
+def refined(machine: Any, name: str, sign: float, columns: int, rows: int) -> float:
+    """SciPy's bounded maximum of a local index from the best of a fine grid of poses."""
+    grid = machine.workspace_grid(columns, rows).reshape(-1, 2)
+    values = sign * local_index(machine, name, grid)
+    low, span = np.array([-0.5 * machine.b, -machine.H - machine.h]), [machine.b, machine.h]
+    best = values.max()
+    for at in np.argsort(values)[-3:]:
+        ascent = minimize(
+            lambda unit: -sign * float(local_index(machine, name, low + span * unit)),
+            (grid[at] - low) / span, bounds=[(0.0, 1.0)] * 2, options={"ftol": 1e-15, "gtol": 1e-9},
+        )  # fmt: skip
+        best = max(best, -ascent.fun)
+    return sign * best
+
+
+def test_extremes_over_the_workspace_are_those_that_scipy_finds(
+    diamond: DesignProblem, regular: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    rng = np.random.default_rng(seed)
-    columns, rows = diamond.options.sampling
-    finer = pkm_gym.make_problem("diamond", sampling=(20 * columns - 19, 20 * rows - 19))
-    designs = diamond.low + (diamond.high - diamond.low) * rng.random((6000, 3))
-    indices = diamond.evaluate(designs).indices
-    usable = (indices["sigma_max"] <= 2.0) & (np.sin(indices["alpha_min"]) >= 0.2)
-    designs = designs[usable][:500]
-    assert len(designs) == 500
-    coarse, fine = diamond.evaluate(designs).indices, finer.evaluate(designs).indices
-    for name in finer.index_names:
-        error = SAMPLING.get(name, 1e-12)  # the others are exact
-        np.testing.assert_allclose(coarse[name], fine[name], rtol=error, err_msg=name)
+    evaluation = diamond.evaluate(*regular)
+    for i, design in enumerate(regular[0][:60]):
+        machine = diamond.mechanism(design, evaluation.task(i))
+        for index, (name, sign) in EXTREMES.items():
+            found = evaluation.quantity(index)[i]
+            assert found == pytest.approx(refined(machine, name, sign, 129, 65), rel=1e-7), index
 
 
-def test_the_page_states_the_sampling_errors() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "mechanisms" / "diamond.md").read_text()
-    said = re.findall(r"(\d)·10⁻⁴ \((\S+?)\)", page)
-    names = {"σ_max": "sigma_max", "σ_min": "sigma_min", "condition": "condition", "τ_G": "tau_G"}
-    names |= {"α": "alpha_min"}
-    stated = {names[symbol]: 1e-4 * int(digit) for digit, symbol in said}
-    assert stated == pytest.approx(SAMPLING)
+def test_no_finer_sample_of_the_workspace_shows_more(
+    diamond: DesignProblem, regular: tuple[np.ndarray, np.ndarray]
+) -> None:
+    evaluation = diamond.evaluate(*regular)
+    for i, design in enumerate(regular[0]):
+        machine = diamond.mechanism(design, evaluation.task(i))
+        poses = machine.workspace_grid(301, 61).reshape(-1, 2)
+        for index, (name, sign) in EXTREMES.items():
+            seen = (sign * local_index(machine, name, poses)).max()
+            assert seen <= sign * evaluation.quantity(index)[i] * (1.0 + sign * 1e-9), index
+
+
+def test_extremes_depend_on_no_sampling(
+    diamond: DesignProblem, regular: tuple[np.ndarray, np.ndarray]
+) -> None:
+    coarse = diamond.evaluate(*regular)
+    fine = pkm_gym.make_problem("diamond", sampling=(61, 25)).evaluate(*regular)
+    for name in coarse.indices:
+        np.testing.assert_allclose(coarse.quantity(name), fine.quantity(name), rtol=1e-9)
+
+
+def test_sigma_max_is_smooth_where_its_place_moves_along_an_edge(diamond: DesignProblem) -> None:
+    """The largest of samples is scalloped: it has a kink wherever the largest one changes."""
+    designs = np.linspace([0.4, 2.25, 0.3], [0.6, 2.25, 0.3], 401)
+    values = diamond.evaluate(designs).indices["sigma_max"]
+    places, sampled = [], []
+    for design in designs[::40]:
+        machine: Any = diamond.mechanism(design)
+        edge = machine.workspace_grid(2001, 2)[1]
+        places.append(abs(edge[np.argmax(machine.local_indices(edge)["sigma_max"]), 0]))
+    for design in designs:
+        machine = diamond.mechanism(design)
+        sampled.append(machine.local_indices(machine.workspace_grid(63, 2)[1])["sigma_max"].max())
+    assert np.ptp(places) > 1.5 * 0.4 / 31  # from one sample of the edge to others
+    unit = np.linspace(-1.0, 1.0, 401)
+
+    def rest(curve: np.ndarray) -> float:
+        return float(abs(curve - np.polynomial.Polynomial.fit(unit, curve, 14)(unit)).max())
+
+    assert rest(values) < 1e-10
+    assert rest(np.array(sampled)) > 1e-6
+
+
+def test_a_workspace_with_collinear_rods_keeps_finite_indices(diamond: DesignProblem) -> None:
+    rng = np.random.default_rng(1)
+    designs = diamond.low + (diamond.high - diamond.low) * rng.random((4000, 3))
+    tasks = np.repeat(diamond.pack({"h_ratio": 0.4})[None], 4000, axis=0)
+    evaluation = diamond.evaluate(designs, tasks)
+    folded = evaluation.quantity("sin_alpha") <= 0.0
+    assert folded.any()
+    for name in ("tau_G", "sigma_max", "sigma_min", "condition"):
+        assert np.isfinite(evaluation.quantity(name)[folded]).all()
+    assert not evaluation.feasible[folded].any()
 
 
 def test_the_torque_index_scales_with_length_and_inertia(drawn: Any) -> None:

@@ -58,7 +58,10 @@ class DiamondOptions(MassOptions):
     """Options of the Diamond."""
 
     sampling: tuple[int, int] = option(
-        (32, 9), "columns and rows on the right half of the workspace", low=2, high=10_000
+        (16, 7),
+        "columns and rows of samples on the right half of the workspace, to start from",
+        low=2,
+        high=10_000,
     )
     cycle: bool = option(
         False, "report the cycle's indices; the objectives tau_peak and tau_rms imply it"
@@ -102,6 +105,7 @@ class Indices(NamedTuple):
 DIAMOND = Declaration(
     name="diamond",
     title="2-DOF translational pick-and-place robot",
+    version=2,
     problem="pkm_gym.mechanisms.diamond.problem:DiamondProblem",
     task=DiamondTask,
     options=DiamondOptions,

@@ -33,7 +33,7 @@ from pkm_gym.mechanisms.diamond.declared import (
     Indices,
 )
 from pkm_gym.mechanisms.diamond.dynamics import INERTIA_NAMES, cycle_indices, lumped_inertia
-from pkm_gym.mechanisms.diamond.indices import workspace_indices
+from pkm_gym.mechanisms.diamond.extremes import LAYERS, Workspace, workspace_indices
 from pkm_gym.mechanisms.diamond.kinematics import arm_angle_range
 from pkm_gym.mechanisms.diamond.masses import PRINTED, chosen_inertia, numbers, presets
 from pkm_gym.mechanisms.diamond.mechanism import Diamond
@@ -108,8 +108,8 @@ def measure(
     designs: FloatArray,
     tasks: FloatArray,
     inertia: FloatArray,
-    x_nodes: FloatArray,
-    y_nodes: FloatArray,
+    u: FloatArray,
+    v: FloatArray,
     cycle_samples: int,
     objective: int,
     anchor: float,
@@ -123,9 +123,9 @@ def measure(
         task = tasks.view(TASK)[own_row(i, tasks.shape[0]), 0]
         design = designs.view(DESIGN)[i, 0]
         scales[i] = anchor * task_scale(task, inertia, objective)
-        scratch = np.empty((4, x_nodes.shape[0]))
+        layers = np.empty((LAYERS, v.shape[0], u.shape[0]))
         indices, limits, unreached[i] = measure_one(
-            design, task, inertia, x_nodes, y_nodes, cycle_samples, scratch
+            design, task, inertia, u, v, cycle_samples, layers
         )
         write(table[i], indices)
         write(own[i], limits)
@@ -136,10 +136,10 @@ def measure_one(
     design: Design,
     task: DiamondTask,
     inertia: FloatArray,
-    x_nodes: FloatArray,
-    y_nodes: FloatArray,
+    u: FloatArray,
+    v: FloatArray,
     cycle_samples: int,
-    scratch: FloatArray,
+    layers: FloatArray,
 ) -> tuple[Indices, ReachLimits, float]:
     """Return one design's indices, own limits, and > 0 where it is out of reach."""
     lam_H = design.lam_l - 1.0 + design.gap
@@ -157,7 +157,7 @@ def measure_one(
     I_A, m, mr_A = lumped_inertia(l1, l2, task.payload, inertia)
     eta = m * l1 * l1 / I_A
     sigma_max, sigma_min, condition, sin_alpha, torque = workspace_indices(
-        e, l1, l2, H, b, h, eta, x_nodes, y_nodes, scratch
+        Workspace(e, l1, l2, H, b, h, eta), u, v, layers
     )
     lowest, highest = arm_angle_range(e, l1, l2, H, b, h)
     tau_peak = tau_rms = power_peak = speed_peak = math.nan
@@ -209,7 +209,9 @@ class DiamondProblem(DesignProblem):
         printed = np.array(numbers(presets()[PRINTED], INERTIA_NAMES))
         paper_scale = task_scale(packed_task(DiamondTask()), printed, self._objective)
         self._anchor = REFERENCE.optimum(self.objectives[0].name).value / paper_scale
-        self._work = 0.012 * columns * rows + 0.1 * self._cycle_samples  # microseconds a design
+        self._work = (
+            2.0 + 0.012 * columns * rows + 0.1 * self._cycle_samples
+        )  # microseconds a design
 
     def _measure(self, designs: FloatArray, tasks: FloatArray, rows: Measured) -> None:
         measure(
