@@ -17,7 +17,7 @@ from pkm_gym.core import merit
 NAMES = [name for name, where in METHODS.items() if where.startswith("pkm_gym.benchmark.scratch:")]
 SEARCHES = ["cobyqa", "cobyla", "slsqp", "slsqp-margin", "start+cobyqa", "de"]
 BUDGET = 120
-TASKS = 3
+TASKS = 5
 
 
 def search(name: str, shipped, row: int, *, budget: int = BUDGET, seed: int = 0) -> Session:

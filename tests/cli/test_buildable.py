@@ -10,7 +10,7 @@ import pytest
 
 from pkm_gym.studies.buildable.tolerance import SAMPLES
 
-OPTIMUM = ("--set", "lam_e=0.578978", "lam_l=2.2841223", "gap=0.39853688")
+OPTIMUM = ("--set", "lam_e=0.57897796", "lam_l=2.28412233", "gap=0.39853688")
 
 
 def test_a_rounded_design_is_a_file_that_evaluates_feasible(run):

@@ -153,7 +153,7 @@ def test_polish_starts_from_the_paper_a_given_design_or_a_study(run):
     assert "start: the given design" in given.output
     assert "polished: agrees with the verified optimum (recorded)" in given.output
     optimum = make_problem("diamond").reference.optima["tau_G"].design["lam_e"]
-    assert f"pkm-gym evaluate diamond --set lam_e={optimum:.4f}"[:-1] in given.output
+    assert f"pkm-gym evaluate diamond --set lam_e={optimum:.6f}"[:-3] in given.output
     run("grid", "diamond")
     assert "start: the best of the study diamond-grid" in run("polish", "diamond").output
     assert "start: the best of grid" in run("polish", "diamond", "--from", "grid").output
