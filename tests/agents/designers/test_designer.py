@@ -21,6 +21,7 @@ from pkm_gym.core.pool import Pool
 from pkm_gym.core.solve import solve_tasks
 
 ORIGIN = Origin("PKM/DiamondFamily-v0", "a test", 0, 0.0, {})
+ROUNDING = 1e-7  # a smaller median regret depends on it
 
 
 @pytest.fixture
@@ -207,13 +208,15 @@ def test_shipped_designers_reproduce_the_regrets_that_they_recorded(name):
     """Rounding differs between machines, and each design is planned on what was measured before.
 
     What that makes of a median after many designs: the gait's after 24 is 0.118 % of one machine
-    and 0.091 % of another, with the same code; those after 4, 8 and 12 agree to 2e-6.
+    and 0.091 % of another, with the same code; those after 4, 8 and 12 agree to 2e-6. The Diamond's
+    after 8 is 1.7e-8 with one thread of the linear algebra, 1.4e-8 with two.
     """
     designer, origin = read_designer(shipped()[name])
     known, now = origin.recorded["regrets"], recorded(designer)["regrets"]
     for k in AT[: len(known)]:
         before, after = (max(FLOOR, regrets[str(k)]) for regrets in (known, now))
-        assert after == pytest.approx(before, rel=0.1 if k <= 12 else 0.4)
+        near = k <= 12 and before > ROUNDING
+        assert after == pytest.approx(before, rel=0.1 if near else 0.4)
 
 
 @pytest.mark.parametrize("name", shipped())
