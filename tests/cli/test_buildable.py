@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from pkm_gym import make_problem
 from pkm_gym.studies.buildable.tolerance import SAMPLES
 
-OPTIMUM = ("--set", "lam_e=0.57897796", "lam_l=2.28412233", "gap=0.39853688")
+BEST = make_problem("diamond").reference.optima["tau_G"].design
+OPTIMUM = ("--set", *(f"{name}={value}" for name, value in BEST.items()))
 
 
 def test_a_rounded_design_is_a_file_that_evaluates_feasible(run):

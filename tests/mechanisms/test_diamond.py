@@ -253,7 +253,7 @@ def test_extremes_over_the_workspace_are_those_that_scipy_finds(
         machine = diamond.mechanism(design, evaluation.task(i))
         for index, (name, sign) in EXTREMES.items():
             found = evaluation.quantity(index)[i]
-            assert found == pytest.approx(refined(machine, name, sign, 129, 65), rel=1e-7), index
+            assert found == pytest.approx(refined(machine, name, sign, 129, 65), rel=1e-10), index
 
 
 def test_no_finer_sample_of_the_workspace_shows_more(
